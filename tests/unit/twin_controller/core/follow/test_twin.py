@@ -206,13 +206,15 @@ def test_a_pair_apart_in_either_direction_is_not_aligned(joint: int, border: flo
 
 def stray_once(pair: Pair, joint: int, border: float) -> None:
     """Let one answer of the robot say that a joint moves, so many border units a second."""
-    speed = border * SETUP.scale[joint]
     told_of, left = pair.real_at, [True]
 
     def real_at(t: float) -> tuple[tuple[float, ...], tuple[float, ...]]:
         q, qdot = told_of(t)
-        strays = bool(left) and left.pop()
-        return q, tuple([v + speed * (strays and k == joint) for k, v in enumerate(qdot)])
+        rates = list(qdot)
+        if left:
+            left.pop()
+            rates[joint] += border * SETUP.scale[joint]
+        return q, tuple(rates)
 
     pair.real_at = real_at  # type: ignore[method-assign]
 
