@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import fcntl
 import os
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+import msgspec
 import pytest
 from farm.desk.commands_io import cells_there
 from farm.desk.fetching_io import HALF, NOTE, FetchError, fetch, recordings_of
 from farm.link.recordings_io import LONGEST_PIECE, RecordingError, RecordingFiles
-from farm.wire import PieceAsked, Recording
+from farm.wire import PieceAsked, Recording, encode
 from harness.processes import wait_until
 from unit.farm.conftest import CELL, Farm, Journal
 
@@ -114,3 +116,73 @@ def test_a_recording_is_fetched_and_goes_on_where_it_was_interrupted(
     (runs / "a" / "run.bag").unlink()
     with pytest.raises(FetchError, match=r"run\.bag: cannot be read"):
         fetch(session, CELL, recording, farm.folder / "third.bag")
+
+
+CONTENT, MADE = bytes(range(20)), Recording("run.bag", 20, 1)
+
+
+def line_to(content: bytes) -> Any:
+    """Return a session with a cell that gives this, 7 bytes at a time."""
+
+    def get(_: str, *, payload: bytes, timeout: float) -> list[SimpleNamespace]:
+        begin = msgspec.json.decode(payload, type=PieceAsked).offset
+        return [SimpleNamespace(ok=SimpleNamespace(payload=content[begin : begin + 7]), err=None)]
+
+    return SimpleNamespace(get=get)
+
+
+def test_a_second_fetch_beside_the_first_one_is_refused(tmp_path: Path) -> None:
+    """Both would write into one part, and what comes of that has the right size at best."""
+    target = tmp_path / "run.bag"
+    refused: list[int] = []
+
+    def call_again(there: int) -> None:
+        with pytest.raises(FetchError, match=r"run\.bag: is being fetched already"):
+            fetch(line_to(CONTENT), CELL, MADE, target)
+        refused.append(there)
+
+    fetch(line_to(CONTENT), CELL, MADE, target, call_again)
+    assert refused == [0, 7, 14, 20] and target.read_bytes() == CONTENT
+    assert [path.name for path in tmp_path.iterdir()] == ["run.bag"]
+
+
+def test_a_fetch_that_comes_as_another_one_ends_leaves_its_file_alone(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What it has opened as a part has its full name by now."""
+    target = tmp_path / "run.bag"
+    lock = fcntl.flock
+
+    def after_another(*asked: Any) -> None:
+        monkeypatch.setattr(fcntl, "flock", lock)
+        fetch(line_to(CONTENT), CELL, MADE, target)
+        lock(*asked)
+
+    monkeypatch.setattr(fcntl, "flock", after_another)
+    with pytest.raises(FetchError, match="is being fetched already"):
+        fetch(line_to(CONTENT), CELL, MADE, target)
+    assert target.read_bytes() == CONTENT
+
+
+@pytest.mark.parametrize("part", [b"", bytes(21)])
+def test_what_has_another_size_than_was_listed_gets_no_name(tmp_path: Path, part: bytes) -> None:
+    """Of a cell that gives too much, and of a part that holds too much; it is not gone on with."""
+    target = tmp_path / "run.bag"
+    Path(f"{target}{HALF}").write_bytes(part)
+    Path(f"{target}{NOTE}").write_bytes(encode(MADE))
+    with pytest.raises(FetchError, match=r"run\.bag: 21 bytes of 20: list again"):
+        fetch(line_to(CONTENT + b"more"), CELL, MADE, target)
+    assert not target.exists() and not Path(f"{target}{HALF}").exists()
+    fetch(line_to(CONTENT), CELL, MADE, target)
+    assert target.read_bytes() == CONTENT
+
+
+def test_a_recording_is_on_the_disk_before_it_has_its_name(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A power cut leaves all of it under that name, or nothing; the name is kept then, too."""
+    target = tmp_path / "run.bag"
+    named: list[bool] = []
+    monkeypatch.setattr(os, "fsync", lambda _: named.append(target.exists()))
+    fetch(line_to(CONTENT), CELL, MADE, target)
+    assert named == [False, True]

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import fcntl
 import os
 from collections.abc import Callable
 from pathlib import Path
 
 import msgspec
 import zenoh
+from scara_config.files.whole_file import sync_folder
 
 from farm.keys import PIECE, RECORDINGS, CellName
 from farm.wire import PieceAsked, Recording, encode
@@ -52,18 +54,25 @@ def fetch(
         told: Is called with how many bytes are there.
 
     Raises:
-        FetchError: The cell does not answer, the recording has changed, or the disk is full. What
-            has come stays beside the target, and the next call goes on there.
+        FetchError: The cell does not answer, the recording has changed, the disk is full, or
+            another call fetches it. What has come stays beside the target, and the next call goes
+            on there.
     """
     half, note = target.with_name(target.name + HALF), target.with_name(target.name + NOTE)
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
-        wanted = encode(recording)
-        # The part of another state of the recording would spoil this one.
-        if not note.exists() or note.read_bytes() != wanted:
-            half.unlink(missing_ok=True)
-            note.write_bytes(wanted)
         with half.open("ab") as stream:
+            # Two calls would write their pieces between each other's.
+            fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            # Another call may have given this file its whole name before it let go of the lock.
+            if not half.exists() or not os.path.samestat(os.fstat(stream.fileno()), half.stat()):
+                raise BlockingIOError
+            wanted = encode(recording)
+            # The part of another state of the recording would spoil this one.
+            if not note.exists() or note.read_bytes() != wanted:
+                stream.truncate(0)
+                note.write_bytes(wanted)
+            stream.seek(0, os.SEEK_END)
             while (there := stream.tell()) < recording.size:
                 told(there)
                 asked = PieceAsked(recording.name, recording.size, recording.modified, there)
@@ -72,11 +81,19 @@ def fetch(
                     raise FetchError(f"{recording.name}: ends after {there} bytes: list again")
                 stream.write(piece)
                 stream.flush()
-        told(recording.size)
-        # The file first: a note that is left without its part only has it fetched again.
-        os.utime(half, ns=(recording.modified, recording.modified))
-        half.replace(target)
-        note.unlink()
+            if there != recording.size:
+                half.unlink()
+                raise FetchError(f"{recording.name}: {there} bytes of {recording.size}: list again")
+            told(there)
+            os.utime(half, ns=(recording.modified, recording.modified))
+            # On the disk before its name is: a power cut must not leave half a file of that name.
+            os.fsync(stream.fileno())
+            # The file first: a note that is left without its part only has it fetched again.
+            half.replace(target)
+            note.unlink()
+            sync_folder(target.parent)
+    except BlockingIOError as error:
+        raise FetchError(f"{target}: is being fetched already: wait for its end") from error
     except OSError as error:
         raise FetchError(f"{target}: {error.strerror}") from error
 
