@@ -8,9 +8,11 @@ from pathlib import Path
 from typing import TypeAlias
 
 import pytest
+from farm.desk.class_io import MarkedExercise, class_of
 from farm.desk.figures import KeyFigures
 from farm.desk.figures_io import figures_of
 from farm.desk.history_io import History, Kept
+from farm.desk.reading_io import ask
 from farm.keys import CellName
 from farm.link.event_text import describe
 from farm.wire import Event
@@ -28,10 +30,10 @@ def event(time: float, kind: str, stop: bool = False, cell: str = "a", **body: o
     return Kept(CellName("site", "m", cell), 0, told)
 
 
-def cycle(begin: float, end: float, cell: str = "a", **more: object) -> Kept:
+def cycle(begin: float, end: float, /, cell: str = "a", **more: object) -> Kept:
     """Return a cycle that ended as meant."""
-    usual = {"outcome": "done", "program": "MILK", "leader": "real"}
-    return event(end, "cycle", cell=cell, start=begin, end=end, **{**usual, **more})
+    usual = {"start": begin, "end": end, "outcome": "done", "program": "MILK", "leader": "real"}
+    return event(end, "cycle", cell=cell, **{**usual, **more})
 
 
 def start(time: float = 0.0, cell: str = "a") -> Kept:
@@ -175,3 +177,55 @@ def test_a_cell_that_came_later_takes_nothing_from_the_others(rows: Rows) -> Non
     """Its journal begins behind the time looked at: it has no row, and no time in the sum."""
     found = rows(start(), start(150.0, "b"))
     assert [(row.cell, row.busy_s) for row in found] == [("m/a", 100.0), ("", 100.0)]
+
+
+@pytest.mark.parametrize(
+    ("odd", "production_s"),
+    [
+        ({"start": "08:15"}, 0.0),
+        ({"start": None}, 0.0),
+        ({"end": "08:15"}, 0.0),
+        ({"paused_s": "soon"}, 10.0),
+        ({"parts_placed": "three", "parts_dropped": {}}, 10.0),
+    ],
+)
+def test_an_odd_entry_takes_nothing_from_the_other_cells(
+    rows: Rows, odd: dict[str, object], production_s: float
+) -> None:
+    """What is no number is not known, and a cycle without both times is none."""
+    found = rows(start(), cycle(5, 15, **odd), start(cell="b"), cycle(0, 90, "b"))
+    made = {row.cell: row.production_s for row in found}
+    assert made == {"m/a": production_s, "m/b": 90.0, "": production_s + 90.0}
+
+
+def test_an_odd_figure_of_a_cycle_leaves_the_other_ones(tmp_path: Path) -> None:
+    """Drift and comparison are counted of these."""
+    with History(tmp_path / "events", 4, 16.0) as history:
+        history.write([cycle(0, 10, worst_error_mm="far", follower_lag_s=[])])
+        history.write([cycle(0, 10, "b", worst_error_mm=0.5, follower_lag_s=0.1)])
+    asked = "SELECT name, value FROM cycle_figures WHERE figure LIKE '% MILK' ORDER BY ALL"
+    assert ask(tmp_path / "events", asked).rows == [
+        ("m/a", 10.0),
+        ("m/b", 0.1),
+        ("m/b", 0.5),
+        ("m/b", 10.0),
+    ]
+
+
+def test_a_result_that_is_not_whole_takes_nothing_from_the_other_learners(tmp_path: Path) -> None:
+    """It does not count."""
+    good = {
+        "learner": "ann",
+        "exercise": "e1_look",
+        "title": "1 Look",
+        "passed": True,
+        "marked": 5.0,
+        "signature": "x",
+    }
+    odd = [{**good, key: None} for key in good]
+    odd += [{**good, "passed": "maybe"}, {**good, "marked": "noon"}]
+    with History(tmp_path / "events", 4, 16.0) as history:
+        history.write([event(6.0, "exercise", cell="b", **body) for body in odd])
+        history.write([event(6.0, "exercise", **good)])
+    found = class_of(tmp_path / "events", 0.0)
+    assert found == [MarkedExercise("m/a", "ann", "e1_look", "1 Look", True, 1, 5.0)]

@@ -13,12 +13,13 @@ CLASS = (
     "bool_or(passed) AS passed, count(*) AS tries, max(marked) AS last FROM ("
     "SELECT DISTINCT ON (place, learner, exercise, signature) machine || '/' || cell AS place, "
     "body->>'learner' AS learner, body->>'exercise' AS exercise, body->>'title' AS title, "
-    "CAST(body->>'passed' AS BOOLEAN) AS passed, CAST(body->>'marked' AS DOUBLE) AS marked, "
-    "body->>'signature' AS signature FROM events WHERE kind = 'exercise' "
+    "TRY_CAST(body->>'passed' AS BOOLEAN) AS passed, TRY_CAST(body->>'marked' AS DOUBLE) "
+    "AS marked, body->>'signature' AS signature FROM events WHERE kind = 'exercise' "
     "AND time >= make_timestamp(CAST(? AS BIGINT))) "
-    "GROUP BY place, learner, exercise ORDER BY learner, place, exercise"
+    "WHERE COLUMNS(*) IS NOT NULL GROUP BY place, learner, exercise "
+    "ORDER BY learner, place, exercise"
 )
-"""What learners have done; each result counts once, however often a cell told it."""
+"""What learners have done; each whole result counts once, however often a cell told it."""
 SINCE_S = 30 * 86400.0
 """Our choice: so far back the page looks; a class lasts weeks."""
 

@@ -60,16 +60,19 @@ SELECT *, machine || '/' || cell AS name, epoch(time) AS unix, coalesce(
   CASE kind WHEN 'decision' THEN body->>'event' WHEN 'alarm' THEN body->>'text'
   WHEN 'cycle' THEN body->>'outcome' END, kind) AS cause
 FROM events""",
+    # What is no number is not known: one odd entry must not refuse the figures of all cells. A
+    # cycle without both times is none: greatest() and least() would take the time looked at.
     """CREATE VIEW cycles AS
 SELECT name, machine, cell, time, unix, cause AS outcome,
   coalesce(body->>'program', '') AS program, body->>'leader' AS leader,
-  CAST(body->>'start' AS DOUBLE) AS began, CAST(body->>'end' AS DOUBLE) AS ended,
-  coalesce(CAST(body->>'paused_s' AS DOUBLE), 0) AS paused_s, ended - began - paused_s AS seconds,
-  CAST(body->>'worst_error_mm' AS DOUBLE) AS worst_error_mm,
-  CAST(body->>'follower_lag_s' AS DOUBLE) AS follower_lag_s,
-  coalesce(CAST(body->>'parts_placed' AS INTEGER), 0) AS placed,
-  coalesce(CAST(body->>'parts_dropped' AS INTEGER), 0) AS dropped
-FROM caused WHERE kind = 'cycle'""",
+  TRY_CAST(body->>'start' AS DOUBLE) AS began, TRY_CAST(body->>'end' AS DOUBLE) AS ended,
+  coalesce(TRY_CAST(body->>'paused_s' AS DOUBLE), 0) AS paused_s,
+  ended - began - paused_s AS seconds,
+  TRY_CAST(body->>'worst_error_mm' AS DOUBLE) AS worst_error_mm,
+  TRY_CAST(body->>'follower_lag_s' AS DOUBLE) AS follower_lag_s,
+  coalesce(TRY_CAST(body->>'parts_placed' AS INTEGER), 0) AS placed,
+  coalesce(TRY_CAST(body->>'parts_dropped' AS INTEGER), 0) AS dropped
+FROM caused WHERE kind = 'cycle' AND began IS NOT NULL AND ended IS NOT NULL""",
     # A row for each figure of each cycle that ended as meant; what is not known has none.
     f"""CREATE VIEW cycle_figures AS
 SELECT name, time, unix, program, quantity, quantity LIKE '%[1/h]' AS rate, value,
