@@ -201,7 +201,7 @@ def test_a_cell_that_does_not_get_ready_ends_it(site: Site) -> None:
     code, said = site.asked(str(site.file), "--wait", "0.5")
     thread.join()
     assert code == 1, said
-    assert "m/a: left settled" in said and "did not get ready with it" in said
+    assert "m/a went back: left settled" in said and "did not get ready with it" in said
     assert b.told == ["EXAMINE True"] and b.starts == 1
 
 

@@ -61,23 +61,40 @@ def test_a_cell_that_starts_anew_is_waited_for() -> None:
 
 
 def test_it_ends_where_a_cell_is_not_well() -> None:
-    """Lost, silent, bad, or back at what it had: the text says which and why."""
+    """Lost, silent or bad: the text says which and why."""
     bad = step(RUNS, OWN, OWN, level=Level.BAD, status="FAULT", text="SRVO-062")[0]
     assert (bad.do, bad.text) == (Do.END, "m/a is not well with it: FAULT, SRVO-062")
     assert step(RUNS, OWN, OWN, status=LOST)[0].do is Do.END
     assert step(OWN, OWN, OWN, status=LOST)[0].text == "m/a is lost"
     assert step(None, OWN, OWN)[0].text == "m/a says nothing of its configuration"
-    left = Configuration(2, "", "", note=f"left {WANTED} by itself: the cell did not get ready")
-    assert step(left, OWN, OWN)[0].do is Do.END
-    other = replace(left, note="left quick (3c4d) by itself: the cell did not get ready")
-    assert step(other, OWN, OWN)[0].cells == ("m/a",)
     gone = next_step(WANTED, CELLS, {"m/a": row("m/a", OWN)}, None, WAIT_S, 0.0)[0]
     assert (gone.do, gone.text) == (Do.END, "m/b is not there")
 
 
+def test_a_note_ends_it_where_it_tells_of_this_try() -> None:
+    """Of an earlier one it ends nothing: the same words could never be rolled out there again."""
+
+    def said(shown: Configuration, asked: Configuration | None = None) -> tuple[Do, str]:
+        rows = {name: row(name, each) for name, each in zip(CELLS, (shown, OWN, OWN))}
+        before = {"m/a": asked} if asked is not None else {}
+        found = next_step(WANTED, CELLS, rows, None, WAIT_S, 0.0, before)[0]
+        return found.do, found.text
+
+    left = Configuration(3, note=f"left {WANTED} by itself: the cell did not get ready")
+    again = (Do.OFFER, "m/a first")
+    assert said(left) == again
+    # Its next health message tells that it has the change.
+    assert said(left, left) == again
+    ended = (Do.END, f"m/a went back: {left.note}")
+    assert said(replace(left, number=5), left) == ended
+    assert said(left, replace(TOLD, number=2)) == ended
+    robot = Configuration(1, note=f"{WANTED} is for a, this cell has b: it waits for its robot")
+    assert said(robot, TOLD) == (Do.END, f"m/a went back: {robot.note}")
+
+
 def test_it_ends_where_somebody_takes_it_back() -> None:
     """Which is not what a cell still shows until its next health message."""
-    asked = {"m/a": 1, "m/b": 3}
+    asked = {"m/a": RUNS, "m/b": Configuration(3)}
 
     def said(b: Configuration) -> tuple[Do, str]:
         rows = {name: row(name, each) for name, each in zip(CELLS, (RUNS, b, OWN))}

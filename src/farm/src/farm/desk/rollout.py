@@ -46,7 +46,7 @@ def next_step(
     since: float | None,
     wait_s: float,
     now: float,
-    numbers: Mapping[str, int] = MappingProxyType({}),
+    asked: Mapping[str, Configuration] = MappingProxyType({}),
 ) -> tuple[RolloutStep, float | None]:
     """Return what to do next.
 
@@ -57,15 +57,15 @@ def next_step(
         since: When the first cell was first seen running with the change [s]; None: not yet.
         wait_s: The first cell has to be well for so long before the rest get the change [s].
         now: Time [s].
-        numbers: Of each cell that was asked to take the change, or had it, the number of the
-            configuration that it showed then.
+        asked: Of each cell that was asked to take the change, or had it, the configuration that
+            it showed then.
 
     Returns:
         The step, and ``since`` for the next one.
     """
     # Before any step: a cell that is not well ends the whole.
     for cell in cells:
-        if why := _trouble(wanted, cell, rows.get(cell), numbers.get(cell)):
+        if why := _trouble(wanted, cell, rows.get(cell), asked.get(cell)):
             return RolloutStep(Do.END, (), why), since
     first, rest = cells[0], tuple(cells[1:])
     shown = {cell: _shown(rows[cell]) for cell in cells}
@@ -105,7 +105,7 @@ def _runs(shown: Configuration, wanted: str) -> bool:
     return shown.running == shown.wanted == wanted and shown.proven
 
 
-def _trouble(wanted: str, cell: str, row: Row | None, number: int | None) -> str:
+def _trouble(wanted: str, cell: str, row: Row | None, before: Configuration | None) -> str:
     """Return why a roll-out has to end because of a cell; empty: it need not."""
     if row is None:
         return f"{cell} is not there"
@@ -116,9 +116,10 @@ def _trouble(wanted: str, cell: str, row: Row | None, number: int | None) -> str
         return f"{cell} is {row.status}: {row.text}" if row.text else f"{cell} is {row.status}"
     if row.configuration is None:
         return f"{cell} says nothing of its configuration"
-    if wanted in shown.note:
-        return f"{cell}: {shown.note}"
-    # Until its next health message it shows what it had when it was asked: the same number.
-    if number not in (None, shown.number) and shown.wanted != wanted:
+    if before is None or shown.wanted == wanted:
+        return ""
+    # Until its next health message it shows what it had when it was asked: the same number, and
+    # the note of an earlier try. With another robot it has another note and no other number.
+    if (shown.number, shown.note) != (before.number, before.note):
         return f"{cell} went back: {differs(shown) or 'own files'}"
     return ""

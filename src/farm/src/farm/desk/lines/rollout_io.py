@@ -152,14 +152,14 @@ def _roll(
     """Go on step by step until all cells run with the change; return whether they do."""
     names, said = [str(cell) for cell in chosen], ""
     since: float | None = None
-    # Of who was asked or has it: a later number without it is that of somebody who took it back.
-    numbers: dict[str, int] = {}
+    # Of who was asked or has it: a later one without it is that of somebody who took it back.
+    asked: dict[str, Configuration] = {}
     while True:
         rows = _rows(config, session)
         now = time.monotonic()
-        step, since = next_step(change.text, names, rows, since, wait_s, now, numbers)
+        step, since = next_step(change.text, names, rows, since, wait_s, now, asked)
         # What a cell shows of it comes with its next health message: it is asked once.
-        fresh = [name for name in step.cells if name not in numbers]
+        fresh = [name for name in step.cells if name not in asked]
         if step.text != said and (fresh or not step.cells):
             said = step.text
             typer.echo(f"{change.name}: {said}")
@@ -171,7 +171,7 @@ def _roll(
         for name in names:
             shown = rows[name].configuration or Configuration()
             if name in fresh or shown.wanted == change.text:
-                numbers[name] = shown.number
+                asked[name] = shown
         time.sleep(LOOK_S)
 
 
