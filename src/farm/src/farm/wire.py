@@ -188,7 +188,7 @@ class Command(msgspec.Struct, frozen=True):
         expires: Not taken after this time; STOP and PAUSE are taken at any time.
         revision: Of the state that it was based on; None: of none.
         speed_percent: SPEED: the cap; HOME: program speed, 0: default.
-        change: EXAMINE, CONFIGURE: which.
+        change: EXAMINE, CONFIGURE, TAKE_BACK: which.
         asked: When it was asked; None: not told, as older desks do.
     """
 

@@ -164,7 +164,7 @@ def test_one_cell_gets_it_first_and_the_rest_after_it_has_run(site: Site) -> Non
     assert said.index("CONFIGURE m/b") < said.index("CONFIGURE m/a")
     assert (a.starts, b.starts) == (2, 2)
     assert a.told == b.told == ["EXAMINE True", "CONFIGURE True"]
-    code, said = site.asked("--take-back")
+    code, said = site.asked(str(site.file), "--take-back")
     assert code == 0 and said.count("from the next start on: the cell's own files") == 2
 
 

@@ -12,7 +12,7 @@ from farm.wire import Answer, Command, Configuration
 from harness.yaml_files import CONFIG
 from scara_config.profile import copy_in_force
 from scara_config.rollout.change import Change
-from scara_config.rollout.kept import Kept, apply_change, read_kept
+from scara_config.rollout.kept import Kept, apply_change, read_kept, write_kept
 
 CHANGE = Change("settled", {"what_if.yaml": {"uncertainty.table_mm": 0.7}})
 
@@ -56,8 +56,25 @@ def test_a_change_is_kept_for_the_next_start_and_taken_back(cell: Cell) -> None:
     kept = read_kept(cell.file)
     assert (kept.wanted, kept.by, kept.proven) == (CHANGE, "ann@desk", False)
     assert cell.changes.shown() == Configuration(1, "", CHANGE.text, "", False)
-    assert cell.ask("TAKE_BACK", None).text == "from the next start on: the cell's own files"
+    assert cell.ask("TAKE_BACK").text == "from the next start on: the cell's own files"
     assert cell.changes.shown() == Configuration(2)
+
+
+def test_only_the_named_change_is_taken_back_however_often_it_is_said(cell: Cell) -> None:
+    """What was proven before stays, also at a cell that never had the one that is taken back."""
+    late = Change("late", {"what_if.yaml": {"uncertainty.table_mm": 0.9}})
+    none = f"has the cell's own files, not {late.text}: nothing was changed"
+    assert cell.ask("TAKE_BACK", late) == Answer(True, none)
+    assert not cell.file.exists()
+    assert cell.ask("CONFIGURE").accepted
+    write_kept(cell.file, read_kept(cell.file).start().ready())
+    proven = cell.changes.shown()
+    other = Answer(True, f"has {CHANGE.text}, not {late.text}: nothing was changed")
+    assert (cell.ask("TAKE_BACK", late), cell.changes.shown()) == (other, proven)
+    assert cell.ask("CONFIGURE", late).accepted
+    assert cell.ask("TAKE_BACK", late).text == f"from the next start on: {CHANGE.text}"
+    assert cell.ask("TAKE_BACK", late) == other
+    assert read_kept(cell.file).wanted == CHANGE
 
 
 @pytest.mark.parametrize(
@@ -99,7 +116,7 @@ def test_what_the_doctor_finds_is_the_answer(cell: Cell) -> None:
 def test_who_was_slower_is_refused(cell: Cell) -> None:
     """Two desks that decide by the same picture: one of them."""
     assert cell.ask("CONFIGURE", number=0).accepted
-    late = cell.ask("TAKE_BACK", None, number=0)
+    late = cell.ask("TAKE_BACK", number=0)
     assert late == Answer(False, "somebody else has decided meanwhile: look again")
     assert read_kept(cell.file).wanted == CHANGE
 
@@ -125,6 +142,7 @@ def test_what_cannot_be_read_is_said_and_nothing_is_taken(cell: Cell) -> None:
 
 
 def test_nothing_is_taken_without_a_change(cell: Cell) -> None:
-    """An empty question."""
-    assert cell.ask("CONFIGURE", None) == Answer(False, "CONFIGURE: names no change")
+    """An empty question; the desk of an earlier version names none that it takes back."""
+    for word in ("CONFIGURE", "TAKE_BACK"):
+        assert cell.ask(word, None) == Answer(False, f"{word}: names no change")
     assert read_kept(cell.file) == Kept()

@@ -77,7 +77,7 @@ class CellChanges:
         )
 
     def obey(self, command: Command) -> Answer:
-        """Look at a change, keep it for the next start, or take the last one back."""
+        """Look at a change, keep it for the next start, or take it back."""
         try:
             answer = self._obeyed(command)
         except ConfigError as error:
@@ -90,13 +90,19 @@ class CellChanges:
 
     def _obeyed(self, command: Command) -> Answer:
         by = f"{command.person}@{command.desk}"
-        if command.command == "TAKE_BACK":
-            kept = self._decide(command, lambda known: known.taken_back(by))
-            what = _text(kept.wanted) or "the cell's own files"
-            return Answer(True, f"from the next start on: {what}")
         change = command.change
         if change is None:
             return Answer(False, f"{command.command}: names no change")
+        if command.command == "TAKE_BACK":
+            # A cell with another one keeps that, however often this is said.
+            kept = self._decide(
+                command,
+                lambda known: known.taken_back(by) if _text(known.wanted) == change.text else known,
+            )
+            what = _text(kept.wanted) or "the cell's own files"
+            if kept.number == command.revision:
+                return Answer(True, f"has {what}, not {change.text}: nothing was changed")
+            return Answer(True, f"from the next start on: {what}")
         if faults := self._faults(change):
             return Answer(False, "; ".join(faults))
         if command.command == "EXAMINE":
@@ -115,7 +121,8 @@ class CellChanges:
             if known.number != command.revision:
                 raise ConfigError("somebody else has decided meanwhile: look again")
             kept = decide(known)
-            write_kept(self._file, kept)
+            if kept != known:
+                write_kept(self._file, kept)
             return kept
 
     def _faults(self, change: Change) -> list[str]:

@@ -43,9 +43,7 @@ LOOK_S = 1.0
 
 @app.command()
 def rollout(
-    change: Annotated[
-        Path | None, typer.Argument(help="YAML: name, and values by file and key.")
-    ] = None,
+    change: Annotated[Path, typer.Argument(help="YAML: name, and values by file and key.")],
     cells: Annotated[
         list[str] | None,
         typer.Option("--cells", help="CELL or MACHINE/CELL, again for each; default: all."),
@@ -58,7 +56,7 @@ def rollout(
         bool, typer.Option("--check", help="Let each cell look at it, and change nothing.")
     ] = False,
     take_back: Annotated[
-        bool, typer.Option("--take-back", help="Go back to what held before the last change.")
+        bool, typer.Option("--take-back", help="Cells that have it go back to what held before.")
     ] = False,
     router_port: RouterPort = None,
     person: Person = None,
@@ -68,15 +66,13 @@ def rollout(
     All cells look at it first. One gets it, then this waits until that one was started anew and
     was well for a while, then the rest get it. Ctrl-C leaves it as it is; the same words go on.
     """
-    if take_back == (change is not None):
-        fail("rollout needs a file with the change, or --take-back", WRONG)
     config = configured(router_port)
     asking = Asking(person_name(person), desk_name(), config.desk.expiry_ms * 1e-3)
-    wanted = read_change(change) if change is not None else None
+    wanted = read_change(change)
     with open_session(config) as session:
         chosen = _chosen(config, session, cells or ["all"], first)
-        if wanted is None:
-            ended = asking.put(session, chosen, _rows(config, session), "TAKE_BACK")
+        if take_back:
+            ended = asking.put(session, chosen, _rows(config, session), "TAKE_BACK", wanted)
             raise typer.Exit(0 if ended else FAILED)
         if not asking.put(session, chosen, _rows(config, session), "EXAMINE", wanted):
             fail("a cell does not take it: nothing was changed", FAILED)
@@ -116,7 +112,7 @@ class Asking(msgspec.Struct, frozen=True):
         cells: Sequence[CellName],
         rows: dict[str, Row],
         word: str,
-        change: Change | None = None,
+        change: Change,
     ) -> bool:
         """Ask cells, print what each answers, and return whether all have accepted."""
         now = time.time()
@@ -166,7 +162,7 @@ def _roll(
         if step.do is Do.DONE:
             return True
         if step.do is Do.END or (fresh and not offer(fresh, rows)):
-            typer.echo("It ends here. To go back: ./cell farm rollout --take-back --cells CELL")
+            typer.echo("It ends here. To go back: ./cell farm rollout FILE --take-back")
             return False
         for name in names:
             shown = rows[name].configuration or Configuration()
