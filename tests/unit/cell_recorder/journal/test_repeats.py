@@ -4,8 +4,13 @@ from __future__ import annotations
 
 from cell_recorder.journal.entries import Alarm, Audit, Cycle, Decision, Entry, Gap
 from cell_recorder.journal.repeats import Repeats
+from cell_recorder.journal.story import tell
 from hypothesis import given
 from hypothesis import strategies as st
+
+from scara_msgs.msg import TwinControllerState
+
+M = TwinControllerState
 
 
 def alarm(text: str = "no answer for 3 s", active: bool = True, source: str = "real") -> Alarm:
@@ -16,6 +21,21 @@ def alarm(text: str = "no answer for 3 s", active: bool = True, source: str = "r
 def audit(outcome: str) -> Audit:
     """Return an audit, which has no time yet."""
     return Audit(who="ann", what="STOP", success=False, outcome=outcome)
+
+
+def decision(time: float, before: str, event: str, after: str) -> Decision:
+    """Return a decision, by nobody."""
+    return Decision(
+        time=time,
+        seq=1,
+        mode_before=before,
+        event=event,
+        mode_after=after,
+        leader="",
+        actions=[],
+        why="",
+        who="",
+    )
 
 
 def test_what_flickers_for_an_hour_is_two_entries_a_minute() -> None:
@@ -43,16 +63,7 @@ def test_something_else_is_not_held_back() -> None:
     book = Repeats(2, 60.0)
     for _ in range(9):
         book.take(0.0, alarm())
-    other = Decision(
-        seq=1,
-        mode_before="a",
-        event="STOP",
-        mode_after="b",
-        leader="",
-        actions=[],
-        why="STOP",
-        who="ann",
-    )
+    other = decision(1.0, "a", "STOP", "b")
     assert book.take(1.0, other) == [other]
     assert book.take(1.0, alarm(source="twin")) == [alarm(source="twin")]
     assert book.take(1.0, alarm()) == []
@@ -104,6 +115,34 @@ def test_each_cycle_is_kept() -> None:
     )
     book = Repeats(1, 60.0)
     assert [book.take(0.0, cycle) for _ in range(5)] == 5 * [[cycle]]
+
+
+def test_a_stop_behind_decisions_that_are_held_back_is_the_last_word() -> None:
+    """Else ``why`` and the farm would say that a stopped pair went on."""
+    book, kept = Repeats(2, 60.0), list[Entry]()
+    for second in range(10):
+        before, after = (M.IDLE, M.TWIN_LEADS) if second % 2 else (M.TWIN_LEADS, M.IDLE)
+        kept += book.take(float(second), decision(float(second), before, "MOVES", after))
+    kept += book.take(10.0, decision(10.0, M.TWIN_LEADS, "STOP", M.STOPPED))
+    kept += [*book.look(61.0), *book.look(75.0), *book.close()]
+    times = [entry.time for entry in kept]
+    assert times == sorted(times) and times[-1] == 10.0
+    assert tell(kept)[-1].outcome == "STOPPED since then, as far as the journal goes"
+
+
+@given(st.lists(st.tuples(st.floats(0.0, 3.0), st.sampled_from("abc")), max_size=80))
+def test_decisions_are_kept_in_the_order_in_which_they_came(said: list[tuple[float, str]]) -> None:
+    """Whichever is held back, and whichever span ends first; none is lost without a count."""
+    book, kept, now = Repeats(3, 20.0), list[Entry](), 0.0
+    for number, (wait, event) in enumerate(said):
+        now += wait
+        # The clock of the entries is of no matter: here it counts them.
+        kept += book.take(now, decision(1.0 + number, "IDLE", event, "IDLE"))
+        kept += book.look(now)
+    kept += book.close()
+    times = [entry.time for entry in kept if isinstance(entry, Decision)]
+    assert times == sorted(times)
+    assert sum(e.lost if isinstance(e, Gap) else 1 for e in kept) == len(said)
 
 
 @given(st.lists(st.tuples(st.floats(0.0, 30.0), st.sampled_from("abc")), max_size=80))
