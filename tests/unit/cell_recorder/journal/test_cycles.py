@@ -137,6 +137,14 @@ def test_what_comes_after_the_last_motion_ends_no_cycle(mode: str) -> None:
     assert (cycle.end, cycle.outcome) == (13.0, ENDS[mode])
 
 
+def test_a_pause_after_the_last_motion_is_no_part_of_the_cycle() -> None:
+    """Else a finished cycle would last until RESUME, or count as stopped."""
+    cycles = begun()
+    cycles.decided(12.0, IDLE, "")
+    (cycle,) = cycles.decided(13.0, PAUSED, "")
+    assert (cycle.end, cycle.outcome, cycle.paused_s) == (12.0, "done", 0.0)
+
+
 def test_a_pair_that_does_not_agree_at_rest_has_lost_no_link() -> None:
     """Its robot is stopped, and the twin aligned."""
     (cycle,) = begun().decided(12.0, TwinControllerState.ALIGNING, "", "they do not agree")

@@ -101,18 +101,19 @@ class Cycles:
             self._goes_on(now)
             self._open.rests = None
             return ended
-        if self._open is None:
+        cycle = self._open
+        if cycle is None:
             return []
+        halts = mode == TwinControllerState.PAUSED or mode in ENDS
+        if halts and cycle.rests is not None and not cycle.running:
+            # It was done before, and only waited for more to come.
+            return [self._end(cycle.rests, DONE)]
         if mode == TwinControllerState.PAUSED:
-            self._open.paused = self._open.paused or now
-            self._open.rests = None
+            cycle.paused = cycle.paused or now
+            cycle.rests = None
             return []
         self._goes_on(now)
-        cycle = self._open
         if mode in ENDS:
-            if cycle.rests is not None and not cycle.running:
-                # It was done before, and only waited for more to come.
-                return [self._end(cycle.rests, DONE)]
             return [self._end(now, ENDS[mode], why)]
         if cycle.rests is None:
             cycle.rests = now
