@@ -334,6 +334,17 @@ def test_old_files_are_removed_whole_and_that_is_told(tmp_path: Path) -> None:
     assert numbers(tmp_path) == [2, 3, 4]
 
 
+def test_a_file_that_somebody_has_removed_takes_no_other_with_it(tmp_path: Path) -> None:
+    """It counts no longer: what is left has room."""
+    with opened(tmp_path, limit_mb=0.002) as files:
+        write(files, said(NOON, "x" * 800), said(NOON + DAY, "x" * 300), said(NOON + 2 * DAY))
+        (tmp_path / "2026-11-22.jsonl").unlink()
+        write(files, said(NOON + 2 * DAY, "x" * 500))
+        assert not files.told
+        assert files.held_mb == sum(path.stat().st_size for path in tmp_path.glob("20*")) * 1e-6
+    assert numbers(tmp_path) == [2, 3, 4]
+
+
 def test_beyond_the_limit_the_oldest_go(tmp_path: Path) -> None:
     """As many as make room: a burst takes the place of several days, those behind them stay."""
     with opened(tmp_path, limit_mb=0.01) as files:

@@ -251,30 +251,35 @@ class DayFiles:
         self._fd = os.open(self.path, os.O_WRONLY | os.O_CREAT | os.O_APPEND | os.O_CLOEXEC, 0o644)
         _sync_folder(self.folder)
         self._size = os.fstat(self._fd).st_size
-        files = files_of(self.folder)
         # Days with a file count, not days of the calendar: a clock that was wrong removes none.
-        old = files[: -self._settings.keep_days]
-        others = [*self._aside(), *(path for path in files if path != self.path)]
-        self._others = sum(path.stat().st_size for path in others)
+        old = files_of(self.folder)[: -self._settings.keep_days]
+        self._count_others()
         self._remove(old, f"keep_days = {self._settings.keep_days}", now)
         self._make_room(0, now)
+
+    def _count_others(self) -> list[Path]:
+        """Count all files but today's, and return them: what was put aside, then the oldest."""
+        others = [path for path in (*self._aside(), *files_of(self.folder)) if path != self.path]
+        self._others = sum(path.stat().st_size for path in others)
+        return others
 
     def _make_room(self, size: int, now: float) -> None:
         """Remove files until ``size`` more bytes fit: what was put aside, then the oldest.
 
         Today's stays.
         """
-        limit = self._settings.limit_mb * 1e6
-        excess = self._others + self._size + size - limit
-        if excess <= 0.0:
+        most = self._settings.limit_mb * 1e6 - self._size - size  # of the others
+        if self._others <= most:
             return
+        # Somebody may have removed some since the day began.
+        others = self._count_others()
+        excess = self._others - most
         gone = []
-        for path in (*self._aside(), *files_of(self.folder)):
+        for path in others:
             if excess <= 0.0:
                 break
-            if path != self.path:
-                gone.append(path)
-                excess -= path.stat().st_size
+            gone.append(path)
+            excess -= path.stat().st_size
         self._remove(gone, f"limit_mb = {self._settings.limit_mb:g}", now)
 
     def _remove(self, files: list[Path], limit: str, now: float) -> None:
