@@ -4,17 +4,32 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import msgspec
 import pytest
+from fanuc_emulator.tp.rehearsal import rehearse
 from harness.yaml_files import CONFIG
-from scara_config.programs.files import program_files
+from scara_config import Robot
+from scara_config.programs.files import program_files, read_listing, taught_of
 from scara_config.programs.tp.listing import MotionLine, Program
 from scara_config.robot import KeepOut
 from what_if.errors import WhatIfError
-from what_if.improving.choices import Choice, Corner, Height, Order, Speed, Usual, Way, chosen
+from what_if.improving.choices import (
+    Choice,
+    Corner,
+    Height,
+    Order,
+    Speed,
+    Usual,
+    Way,
+    chosen,
+    with_coordinates,
+    with_positions,
+)
 from what_if.improving.descent import descend
+from what_if.improving.finding import heights_of, motions_of
 from what_if.improving.improve_io import Improver, result_of
 from what_if.judging import judge
 from what_if.world import World
@@ -110,6 +125,25 @@ def free_program(improver: Improver) -> Program:
     """Return the program with all positions as low as the places allow."""
     heights = of_kind(improver, Height)
     return chosen(improver.program, heights, [height.values(None)[0] for height in heights])
+
+
+def may_be_lower(program: Program, robot: Robot) -> list[tuple[int, ...]]:
+    """Return the positions of a program that may lie lower."""
+    taught = taught_of(program, robot, program.name)
+    motions = motions_of(taught, list(rehearse(taught, robot, {})))
+    return [height.positions for height in heights_of(taught, motions, robot)]
+
+
+def test_a_joint_that_counts_down_tells_no_height(world: World, write: Callable[..., Path]) -> None:
+    """Its larger coordinate is the lower place: what was touched would be raised from the part."""
+    program, robot = read_listing(write("DOWN", *to_and_fro(100))), world.cell.robot
+    assert may_be_lower(program, robot) == [(1,), (3,)]
+    negated = partial(with_coordinates, changes={"J3": lambda value: -value})
+    third = msgspec.structs.replace(
+        robot.joints[2], lower_mm=0.0, upper_mm=210.0, screw_axis=(0.0, 0.0, 0.0, 0.0, 0.0, -1.0)
+    )
+    down = msgspec.structs.replace(robot, joints=[*robot.joints[:2], third, *robot.joints[3:]])
+    assert may_be_lower(with_positions(program, dict.fromkeys(OVER_AND_LOW, negated)), down) == []
 
 
 def test_a_weak_joint_is_not_overdriven(world: World, write: Callable[..., Path]) -> None:

@@ -208,13 +208,13 @@ def _only_moves_follow(flow: Flow, number: int) -> bool:
 
 
 def _height_name(position: Position, robot: Robot) -> str:
-    """Return the coordinate that tells a position's height; empty: there is none."""
+    """Return the coordinate that grows with a position's height; empty: there is none."""
     if is_cartesian(position):
         return "Z" if position.groups[0].frame == "0" else ""
     slides = [
         name
         for name, joint in axis_names(robot).items()
-        if joint.screw_axis is not None and joint.si_unit == "m" and joint.screw_axis[5] != 0.0
+        if joint.screw_axis is not None and joint.si_unit == "m" and joint.screw_axis[5] > 0.0
     ]
     return slides[0] if len(slides) == 1 else ""
 
