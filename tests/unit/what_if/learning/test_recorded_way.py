@@ -52,3 +52,11 @@ def test_where_there_are_parts_a_bag_without_a_gripper_is_not_judged(
     with pytest.raises(WhatIfError, match="holds no message of real/gripper or twin/gripper"):
         read_way(world.cell, file)
     assert read_way(replace(world.cell, work=None), file).grips == ()
+
+
+def test_a_way_that_begins_with_a_part_in_hand_is_not_judged(world: World, tmp_path: Path) -> None:
+    """It would be judged with an empty one; a cell without parts carries none."""
+    file = record(tmp_path, world, {"/twin/gripper": 0})
+    with pytest.raises(WhatIfError, match=r"run\.bag: a part is in hand where the way begins"):
+        read_way(world.cell, file)
+    assert read_way(replace(world.cell, work=None), file).grips == ()

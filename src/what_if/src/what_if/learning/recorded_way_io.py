@@ -26,7 +26,8 @@ def read_way(cell: Cell, path: Path) -> Recorded:
 
     Raises:
         WhatIfError: The bag cannot be read, holds no joint states, or nothing moves in it; or the
-            cell has parts, and nothing tells when the suction was switched.
+            cell has parts, and nothing tells when the suction was switched, or one is in hand where
+            the way begins.
     """
     names = [joint.name for joint in cell.robot.twin_joints]
     try:
@@ -61,6 +62,11 @@ def read_way(cell: Cell, path: Path) -> Recorded:
     # A step is numbered by its first row: the last one ends a row later, before the slice does.
     cut = slice(int(moving[0]), int(moving[-1]) + 2)
     begin = float(stamps[cut][0])
+    held = [on for when, on in grips if when <= begin][-1:] == [True]
+    if held and cell.work is not None:
+        # Nothing tells which part it is, nor how it hangs at the tool.
+        why = "a part is in hand where the way begins: begin with an empty hand"
+        raise WhatIfError(f"{path}: {why}")
     inside = tuple((when - begin, on) for when, on in grips if begin < when < stamps[cut][-1])
     points = (JointMotion(tuple(row), (), ()) for row in q[cut].tolist())
     return Recorded(Setpoints.due(tuple(names), (stamps[cut] - begin).tolist(), points), inside)
