@@ -316,6 +316,21 @@ def test_a_joint_that_would_need_more_than_its_effort_is_named(
         assert 0.0 < reason.time_s < 0.5 * verdict.duration_s, "while it gathers speed"
 
 
+def test_a_corner_that_is_too_fast_for_a_joint_is_limited(world: World) -> None:
+    """One move brakes gently while the next gathers speed: together more than the joint has."""
+    begun = replace(world, q=(-1.0, 0.0, -0.05, 0.0))
+    last = msgspec.structs.replace(move(2, 2.3, 0.0, -0.05, 0.0), speed_percent=100.0)
+    first = MoveStep(1, (1.0, *last.target[1:]), 100.0, True, acc_percent=50.0)
+    assert judge(begun, steps(first, last)).outcome is Outcome.OK
+    verdict = judge(begun, steps(msgspec.structs.replace(first, fine=False, cnt=100.0), last))
+    most = verdict.joints[0].speed_percent
+    assert verdict.outcome is Outcome.LIMITED and most > 110.0
+    (reason,) = verdict.reasons
+    assert (reason.cause, reason.step) == (Cause.SPEED, "line 2 of TEST")
+    assert reason.text == f"joint_1 would be at {most:.0f} % of its speed in the corner"
+    assert 0.4 * verdict.duration_s < reason.time_s < 0.8 * verdict.duration_s
+
+
 @pytest.mark.parametrize("angle", [0.3, 0.6, 0.9, 1.2])
 @pytest.mark.parametrize("height", [-0.2, -0.15, -0.05])
 def test_what_the_controller_refuses_is_refused_here(

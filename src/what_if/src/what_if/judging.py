@@ -23,6 +23,8 @@ from what_if.zones import first_zone
 
 LIMITING = (Cause.SPEED, Cause.EFFORT)
 """What makes a motion slower, but does not forbid it."""
+SAMPLED = 1e-3
+"""Speeds that are found from samples may be beyond a joint's own by this share; our choice."""
 
 
 def judge(world: World, motion: Motion, go_on: Callable[[], None] = lambda: None) -> Verdict:
@@ -86,20 +88,27 @@ class _Trial:
             joints = self._cell.robot.twin_joints
             use = use_of(joints, self._cell.points, self._world.models[holds], leg.course)
             self._figures.add_use(use)
-            largest = int(np.argmax(use.effort))
-            # Told once: each later leg that needs too much would only repeat it.
-            said = any(reason.cause is Cause.EFFORT for reason in self._reasons)
-            if use.effort[largest] > 1.0 and not said:
-                share = 100.0 * use.effort[largest]
-                text = f"{joints[largest].name} would need {share:.0f} % of its effort"
-                time = leg.begin + use.effort_at
-                self._reasons.append(Reason(Cause.EFFORT, time, leg.step, None, text))
+            self._note(Cause.EFFORT, leg, use.effort, use.effort_at, "need {:.0f} % of its effort")
+            # Where two lines of a program overlap, their speeds add up: the robot holds the joint
+            # back there and leaves the way. A recorded way or a trajectory is refused by its plan.
+            if leg.number >= 0 and use.speed.max() > 1.0 + SAMPLED:
+                does = "be at {:.0f} % of its speed in the corner"
+                self._note(Cause.SPEED, leg, use.speed, use.speed_at, does)
         if leg.way is not None:
             self._look_at_bodies(leg, leg.way)
             self._look_at_zones(leg, leg.way)
             self._q = tuple(leg.way.knots[-1].tolist())
         if leg.grip is not None:
             self._switch(leg, leg.grip)
+
+    def _note(self, cause: Cause, leg: Leg, shares: FloatArray, at: float, does: str) -> None:
+        """Note the joint that has more than all of something, at a time of a leg [s]."""
+        largest = int(np.argmax(shares))
+        # Told once: each later leg that needs too much would only repeat it.
+        if shares[largest] > 1.0 and not any(each.cause is cause for each in self._reasons):
+            name = self._cell.robot.twin_joints[largest].name
+            text = f"{name} would {does.format(100.0 * shares[largest])}"
+            self._reasons.append(Reason(cause, leg.begin + at, leg.step, None, text))
 
     def verdict(self, legs: Sequence[Leg]) -> Verdict:
         """Put the verdict together."""

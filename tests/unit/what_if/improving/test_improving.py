@@ -31,7 +31,9 @@ from what_if.improving.choices import (
 from what_if.improving.descent import descend
 from what_if.improving.finding import heights_of, motions_of
 from what_if.improving.improve_io import Improver, result_of
+from what_if.improving.trying import Bench
 from what_if.judging import judge
+from what_if.verdict import Outcome
 from what_if.world import World
 
 PALLETISE = program_files(CONFIG)["PALLETISE"]
@@ -161,6 +163,26 @@ def test_a_weak_joint_is_not_overdriven(world: World, write: Callable[..., Path]
     assert "joint_1 would need" in held.bench.against(result(strong))
     assert speeds(result(held)) != speeds(result(strong))
     assert held.bench.against(result(held)) == ""
+
+
+def test_a_corner_makes_no_joint_too_fast(world: World, write: Callable[..., Path]) -> None:
+    """Nor faster than it was, where it was too fast before."""
+    lines = ("J P[1] 100% FINE", "J P[3] 100% CNT{} ACC50", "J P[2] 100% FINE")
+    rounded = {}
+    for cnt in (0, 90, 100):
+        program = read_listing(write("FAST", *(line.format(cnt) for line in lines)))
+        turned = {
+            number: partial(with_coordinates, changes={"J1": lambda _, j1=j1: j1})
+            for number, j1 in {1: -60.0, 3: 50.0, 2: 130.0}.items()
+        }
+        rounded[cnt] = with_positions(program, turned)
+    said = Bench(world, rounded[0], {}).against(rounded[100])
+    assert "joint_1 would be at" in said and "of its speed in the corner" in said
+    limited = Bench(world, rounded[90], {})
+    assert limited.verdict.outcome is Outcome.LIMITED
+    said = limited.against(rounded[100])
+    assert "joint_1 would have" in said and said.endswith(" % of its speed")
+    assert limited.against(rounded[90]) == ""
 
 
 @pytest.mark.thorough

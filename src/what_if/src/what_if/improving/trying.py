@@ -14,7 +14,7 @@ from scara_config.programs.tp.printer import print_program
 
 from what_if.errors import WhatIfError
 from what_if.geometry.bodies import FloatArray
-from what_if.judging import judge_planned
+from what_if.judging import SAMPLED, judge_planned
 from what_if.timing.leg import Planned
 from what_if.timing.planning import plan
 from what_if.verdict import Outcome, Verdict
@@ -29,6 +29,8 @@ SMOOTHED_S = 0.03
 GRID_S = 0.005
 JERK_SHARE = 0.1
 """Jerk is known to this share: rounded corners are sampled."""
+ROUNDED = 1e-6
+"""Shares that differ by less are the same; our choice."""
 
 
 class Bench:
@@ -127,11 +129,12 @@ class Bench:
     def _harder(self, verdict: Verdict) -> str:
         """Say which joint is driven harder than it was and may be."""
         for use, was in zip(verdict.joints, self.verdict.joints):
-            for what, now, then in (
-                ("acceleration", use.acceleration_percent, was.acceleration_percent),
-                ("effort", use.effort_percent, was.effort_percent),
+            for what, now, then, slack in (
+                ("speed", use.speed_percent, was.speed_percent, SAMPLED),
+                ("acceleration", use.acceleration_percent, was.acceleration_percent, ROUNDED),
+                ("effort", use.effort_percent, was.effort_percent, ROUNDED),
             ):
-                if now > max(100.0, then) * (1.0 + 1e-6):
+                if now > max(100.0, then) * (1.0 + slack):
                     return f"{use.joint} would have {now:.0f} % of its {what}"
         return ""
 

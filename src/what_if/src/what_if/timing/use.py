@@ -22,7 +22,8 @@ class Use:
         speed: Largest share of each joint's speed, shape (n,).
         acceleration: Likewise.
         effort: Likewise.
-        effort_at: When the largest share of effort is asked for, from the course's begin [s].
+        speed_at: When the largest share of speed is asked for, from the course's begin [s].
+        effort_at: Likewise of effort.
         point_speed: Largest speed of a watched point [m/s].
         point: Its name.
         work: Mechanical work of the joints [J].
@@ -31,6 +32,7 @@ class Use:
     speed: FloatArray
     acceleration: FloatArray
     effort: FloatArray
+    speed_at: float
     effort_at: float
     point_speed: float
     point: str
@@ -73,12 +75,14 @@ def use_of(
     ]
     power = np.sum(np.maximum(efforts * course.qdot, 0.0), axis=1)
     steps = np.diff(course.times)
+    speed_at, _, effort_at = (float(course.times[k.max(axis=1).argmax()]) for k in shares)
     fastest, point = _point_speed(speed_points(points), course)
     return Use(
         shares[0].max(axis=0),
         shares[1].max(axis=0),
         shares[2].max(axis=0),
-        float(course.times[int(np.argmax(shares[2].max(axis=1)))]),
+        speed_at,
+        effort_at,
         fastest,
         point,
         float(np.sum(0.5 * (power[1:] + power[:-1]) * steps)),
