@@ -51,7 +51,8 @@ DIGITS = 6
 """Behind the point [deg or mm], as recorded positions have them."""
 EXACT = 1e-3
 """Joint positions come back so exactly [deg or mm]."""
-_READS = re.compile(r"(?<![A-Z])P\[")
+READS = re.compile(r"(?<![A-Z])P\[(\d*)")
+"""A line reads a position's numbers; the group tells which one's, empty: a register does."""
 _COUNTS_IN_FRAME = re.compile(r"LPOS|Offset|OFFSET|PR\[")
 _SETS_FRAME = re.compile(r"\s*(UFRAME|UTOOL)\[[^\]]*\]\s*=")
 _DELIVERED_TOOL = 1
@@ -143,7 +144,7 @@ def _check_lines(program: Program, frame: int | None) -> None:
         text = "" if isinstance(line, Remark) else print_line(line)
         why = ""
         # A motion goes to the same place however it is said; other lines read the numbers.
-        if not isinstance(line, MotionLine) and _READS.search(text):
+        if not isinstance(line, MotionLine) and READS.search(text):
             why = "reads the numbers of a position"
         elif _SETS_FRAME.match(text):
             why = "sets a frame while it runs"

@@ -12,7 +12,9 @@ import pytest
 from fanuc_emulator.tp.rehearsal import rehearse
 from harness.yaml_files import CONFIG
 from scara_config import Robot
-from scara_config.programs.files import program_files, read_listing, taught_of
+from scara_config.programs.files import Taught, program_files, read_listing, taught_of
+from scara_config.programs.steps import Step
+from scara_config.programs.tp.lines import read_line
 from scara_config.programs.tp.listing import MotionLine, Program
 from scara_config.robot import KeepOut
 from what_if.errors import WhatIfError
@@ -29,9 +31,10 @@ from what_if.improving.choices import (
     with_positions,
 )
 from what_if.improving.descent import descend
-from what_if.improving.finding import heights_of, motions_of
+from what_if.improving.finding import Motion, heights_of, motions_of, rounds_of
 from what_if.improving.improve_io import Improver, result_of
 from what_if.improving.trying import Bench
+from what_if.improving.ways import ways_of
 from what_if.judging import judge
 from what_if.verdict import Outcome
 from what_if.world import World
@@ -129,10 +132,16 @@ def free_program(improver: Improver) -> Program:
     return chosen(improver.program, heights, [height.values(None)[0] for height in heights])
 
 
+def rehearsed(program: Program, robot: Robot) -> tuple[Taught, list[Step], list[Motion]]:
+    """Return a program, what it does and its motions."""
+    taught = taught_of(program, robot, program.name)
+    steps = list(rehearse(taught, robot, {}))
+    return taught, steps, motions_of(taught, steps)
+
+
 def may_be_lower(program: Program, robot: Robot) -> list[tuple[int, ...]]:
     """Return the positions of a program that may lie lower."""
-    taught = taught_of(program, robot, program.name)
-    motions = motions_of(taught, list(rehearse(taught, robot, {})))
+    taught, _, motions = rehearsed(program, robot)
     return [height.positions for height in heights_of(taught, motions, robot)]
 
 
@@ -146,6 +155,41 @@ def test_a_joint_that_counts_down_tells_no_height(world: World, write: Callable[
     )
     down = msgspec.structs.replace(robot, joints=[*robot.joints[:2], third, *robot.joints[3:]])
     assert may_be_lower(with_positions(program, dict.fromkeys(OVER_AND_LOW, negated)), down) == []
+
+
+@pytest.mark.parametrize(
+    ("first", "there", "lower"),
+    [
+        (["!P[1]"], ["R[1]=1"], [(1,), (3,)]),
+        ([], ["DO[1]=ON"], [(3,)]),
+        ([], ["WAIT .50(sec)"], [(3,)]),
+        (["PR[10]=P[1]"], [], [(3,)]),
+        (["R[1]=1", "PR[10]=P[R[1]]"], [], []),
+    ],
+)
+def test_a_height_on_which_more_than_motions_depends_stays(
+    world: World,
+    write: Callable[..., Path],
+    first: list[str],
+    there: list[str],
+    lower: list[tuple[int, ...]],
+) -> None:
+    """An output that is set there, a dwell, a line that reads its numbers."""
+    begin, *rest = to_and_fro(50)
+    program = read_listing(write("STAYS", *first, begin, *there, *rest))
+    assert may_be_lower(program, world.cell.robot) == lower
+
+
+def test_a_place_whose_numbers_a_line_reads_stays(world: World) -> None:
+    """Neither its round nor its table and elbow are others; its neighbours' are."""
+    program, robot = read_listing(PALLETISE), world.cell.robot
+    taught, steps, motions = rehearsed(program, robot)
+    assert rounds_of(taught.flow, motions)
+    assert ways_of(world, taught, steps, motions)[0].title == "pick 1, pick 2, pick 3: table, elbow"
+    lines = (read_line("PR[10]=P[21]"), *program.lines)
+    taught, steps, motions = rehearsed(msgspec.structs.replace(program, lines=lines), robot)
+    assert not rounds_of(taught.flow, motions)
+    assert ways_of(world, taught, steps, motions)[0].title == "pick 2, pick 3: table, elbow"
 
 
 def test_a_weak_joint_is_not_overdriven(world: World, write: Callable[..., Path]) -> None:

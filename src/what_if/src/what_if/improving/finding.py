@@ -25,12 +25,15 @@ from scara_config.programs.tp.listing import (
     Line,
     MotionLine,
     Position,
+    Program,
     Remark,
     Wait,
     WaitUntil,
     Word,
 )
+from scara_config.programs.tp.printer import print_line
 
+from what_if.converting import READS
 from what_if.improving.choices import AS_USUAL, Choice, Corner, Height, Order, Speed, Usual
 
 SAME = 1e-3
@@ -74,6 +77,14 @@ def motions_of(taught: Taught, steps: Sequence[Step]) -> list[Motion]:
     return [msgspec.structs.replace(each, approaches=after) for each, after in zip(found, touching)]
 
 
+def numbers_read(program: Program) -> set[int]:
+    """Return the positions whose numbers a line reads that is no motion; by a register: all."""
+    lines = (each for each in program.lines if not isinstance(each, MotionLine | Remark))
+    found = {number for line in lines for number in READS.findall(print_line(line))}
+    known = {position.number for position in program.positions}
+    return known if "" in found else {int(number) for number in found}
+
+
 def choices_of(taught: Taught, steps: Sequence[Step], robot: Robot) -> list[Choice]:
     """Return what of a program may be otherwise."""
     motions = motions_of(taught, steps)
@@ -102,10 +113,14 @@ def choices_of(taught: Taught, steps: Sequence[Step], robot: Robot) -> list[Choi
 
 
 def heights_of(taught: Taught, motions: Sequence[Motion], robot: Robot) -> list[Height]:
-    """Return the positions that lie above others and are touched by nobody, line by line."""
+    """Return the positions above others that nothing but motions depends on, line by line."""
     positions = {position.number: position for position in taught.flow.program.positions}
     # 0 stands for a place in a register: the program's text has no coordinates of it.
     kept = {each.position for each in motions if each.touches or each.approaches} | {0}
+    # Whatever is set or waited for at a place belongs to that place.
+    flow = taught.flow
+    kept |= {each.position for each in motions if not _only_moves_follow(flow, each.line)}
+    kept |= numbers_read(flow.program)
     # Positions that one line goes to belong together.
     groups: list[set[int]] = []
     for line in sorted({each.line for each in motions}):
@@ -160,6 +175,7 @@ def rounds_of(flow: Flow, motions: Sequence[Motion]) -> tuple[tuple[int, ...], .
         alike = all([m.line for m in each] == [m.line for m in rounds[0]] for each in rounds)
         places = tuple(tuple(each.position for each in round_) for round_ in rounds)
         others = {each.position for each in motions if each.line not in body} | {0}
+        others |= numbers_read(flow.program)
         if (
             alike
             and len(rounds) > 1

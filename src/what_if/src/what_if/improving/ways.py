@@ -18,7 +18,7 @@ from scara_control.kinematics.scara import Elbow
 
 from what_if.handling import switch
 from what_if.improving.choices import Way
-from what_if.improving.finding import Motion
+from what_if.improving.finding import Motion, numbers_read
 from what_if.world import World
 
 TURNS_DEG = tuple(10.0 * step for step in range(-6, 7))
@@ -86,6 +86,7 @@ class _Arm:
         twin = [k for k, joint in enumerate(cell.robot.joints) if joint.twin]
         column = cell.tree.joints.index(self._work.table.joint)
         numbers = sorted({motion.position for motion in motions} & set(self._taught.positions))
+        read = numbers_read(self._taught.flow.program)
         parts, q, seen = self._world.parts, self._world.q, set[tuple[float, ...]]()
         target: tuple[float, ...] = ()
         for step in steps:
@@ -105,7 +106,8 @@ class _Arm:
             seen.add(key)
             alike = tuple(n for n in numbers if self._key(self._taught.positions[n]) == key)
             elbow = self._arm.forward([target[k] for k in self._columns]).elbow
-            if elbow is not None and alike:
+            # What a line does with the numbers of one of them belongs to the place as it is.
+            if elbow is not None and alike and not read & set(alike):
                 turns = column in cell.tree.movers[link]
                 yield Place(self._named(target), alike, turns, target[self._table], elbow)
 
