@@ -290,6 +290,20 @@ def joints_of(program: Program) -> dict[int, dict[str, float | None]]:
     }
 
 
+def test_a_place_of_a_program_that_is_called_stays(world: World) -> None:
+    """What it grips there is placed by this one's own lines, and that place may be others'."""
+    whole, robot = read_listing(PALLETISE), world.cell.robot
+    there = ["J P[21] 4% FINE", "RO[1]=ON", "WAIT RI[1]=ON", "J P[1] 20% FINE"]
+    own = ["J P[1] 50% FINE", "CALL PICK", "J P[31] 50% FINE", "J P[51] 4% FINE", "RO[1]=OFF"]
+    pick, main = (
+        taught_of(msgspec.structs.replace(whole, name=name, lines=tuple(lines)), robot, name)
+        for name, lines in (("PICK", map(read_line, there)), ("MAIN", map(read_line, own)))
+    )
+    steps = list(rehearse(main, robot, {"PICK": pick}))
+    (way,) = ways_of(world, main, steps, motions_of(main, steps))
+    assert way.title == "place 1: elbow"
+
+
 def test_where_no_part_is_touched_the_arm_goes_as_it_was_taught(world: World) -> None:
     """How the tool is turned may matter there."""
     improver = Improver(world, program_files(CONFIG)["TWO_POINT"], CONFIG)

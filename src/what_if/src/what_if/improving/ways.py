@@ -91,8 +91,10 @@ class _Arm:
         target: tuple[float, ...] = ()
         for step in steps:
             if isinstance(step, MoveStep):
-                target, q = step.target, tuple(step.target[k] for k in twin)
-            if not isinstance(step, GripperStep) or not target:
+                q = tuple(step.target[k] for k in twin)
+                # A place of a program that is called is not this one's to change.
+                target = () if step.program else step.target
+            if not isinstance(step, GripperStep):
                 continue
             done = switch(cell, parts, q, step.on)
             # What is gripped lay there before, what is let go lies there afterwards.
@@ -101,7 +103,7 @@ class _Arm:
             )
             parts = done.parts
             key = self._key(target)
-            if not link or key in seen:
+            if not link or not target or key in seen:
                 continue
             seen.add(key)
             alike = tuple(n for n in numbers if self._key(self._taught.positions[n]) == key)
