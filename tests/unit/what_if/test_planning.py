@@ -221,6 +221,18 @@ def test_a_switch_of_the_suction_takes_the_grippers_time_and_none_where_nothing_
         assert [leg.duration for leg in plan(each, motion).legs] == pytest.approx(seconds)
 
 
+@pytest.mark.parametrize("seconds", [0.0, 0.03, 0.5])
+def test_an_answer_is_awaited_only_as_long_as_it_is_missing(world: World, seconds: float) -> None:
+    """Behind another wait, that takes its time too: no motion begins before it."""
+    switch = GripperStep(1, True, awaited=False)
+    lines = (switch, WaitStep(2, seconds), GripperStep(3, True), *moves((THERE,), world, 4))
+    planned = plan(world, ProgramSteps("A", lines))
+    assert planned.reasons == ()
+    assert [leg.grip for leg in planned.legs[:3]] == [True, None, None]
+    vacuum = 1e-3 * world.cell.work.gripper.vacuum_ms
+    assert planned.legs[3].begin == pytest.approx(max(seconds, vacuum))
+
+
 def test_a_curved_way_strays_by_a_parabolas_height() -> None:
     """Of the largest acceleration, in the longest step."""
     times, still = np.array([0.0, 0.1, 0.3]), np.zeros((3, 1))

@@ -128,6 +128,20 @@ def test_a_loop_that_asks_for_the_answer_waits_for_it_as_well() -> None:
     assert walked("RO[1]=ON", *loop)[0] == GripperStep(1, True)
 
 
+@pytest.mark.parametrize(
+    ("asks", "line"),
+    [(["WAIT RI[1]=ON"], 3), (["LBL[1]", "IF RI[1]=OFF,JMP LBL[1]"], 1), (["LBL[1]"], 0)],
+)
+def test_an_answer_that_is_awaited_behind_another_wait_is_told_there(
+    asks: list[str], line: int
+) -> None:
+    """Once where the suction is switched and once more, before the motion that counts on it."""
+    found = walked("RO[1]=ON", "WAIT .03(sec)", *asks, "J P[1] 9% FINE", "WAIT RI[1]=ON")
+    told = [GripperStep(1, True, awaited=False), WaitStep(2, 0.03)]
+    told += [GripperStep(line, True)] if line else []
+    assert found[:-1] == told and isinstance(found[-1], MoveStep)
+
+
 def test_an_input_that_was_waited_for_is_on() -> None:
     """Only with it the program goes on, so what follows can be told."""
     assert waits("WAIT DI[1:docked]=ON", "IF DI[1]=OFF,JMP LBL[1]", "WAIT 1(sec)", "LBL[1]") == [1]

@@ -105,7 +105,8 @@ class _Known(Registers):
         # The motions so far, and where those end of which that was asked.
         self.moves: list[MoveStep | PathStep] = []
         self._here: tuple[float, ...] | None = None
-        # How the suction was switched, until a step comes behind it; whether its answer was read.
+        # How the suction was switched, until its answer is awaited or a motion comes; whether
+        # the answer was read.
         self.switched: GripperStep | None = None
         self.asked = False
         # Tells number and program of the line that is executed; no name: the one that was started.
@@ -234,6 +235,8 @@ def rehearse(program: Taught, robot: Robot, library: Mapping[str, Taught]) -> It
 def _steps(executor: Executor, memory: _Known) -> Iterator[Step]:
     """Yield what is done, line by line; a motion once it is told whether its corner is rounded."""
     waiting: MoveStep | PathStep | None = None
+    # The switch that was told, though its answer has not been awaited yet.
+    told: GripperStep | None = None
     seconds, name, count = 0.0, "", 0
     while count <= MOST:
         try:
@@ -254,15 +257,21 @@ def _steps(executor: Executor, memory: _Known) -> Iterator[Step]:
             waiting = None
         until = executor.step if isinstance(executor.step, UntilStep) else None
         count += 1 if step is not None or until is not None else MOST_LINES
-        if memory.switched is not None and (step is not None or executor.ended):
-            switched, memory.switched = memory.switched, None
+        switched = memory.switched
+        if switched is not None and (step is not None or executor.ended):
+            tell = switched
             if isinstance(step, UntilStep) and ANSWER.search(print_expression(step.condition)):
                 # It takes its time in the line that waits for it.
-                switched = GripperStep(step.line, switched.on, memory.place()[1])
-            elif step is not None:
+                tell = GripperStep(step.line, switched.on, memory.place()[1])
+            elif step is not None or switched is told:
                 # A loop that asks for the answer by IF waits for it as well.
-                switched = msgspec.structs.replace(switched, awaited=memory.asked)
-            yield switched
+                tell = msgspec.structs.replace(switched, awaited=memory.asked)
+            # Told where it is switched; behind other waits once more where its answer is awaited.
+            if tell.awaited or switched is not told:
+                yield tell
+            told = switched
+            if tell.awaited or isinstance(step, MOVES):
+                memory.switched = None
         if executor.ended:
             return
         _, program = memory.place()

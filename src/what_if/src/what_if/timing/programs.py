@@ -84,6 +84,8 @@ class _ProgramRow:
         self._going: list[tuple[Trapezoid, Law, float]] = []
         self.legs: list[Leg] = []
         self.now, self.answered, self.number, self.words = 0.0, 0.0, 0, ""
+        # How the suction was switched last; None: not yet.
+        self._on: bool | None = None
 
     def move(self, step: MoveStep | PathStep) -> None:
         """Lay a move, up to where the next one may begin.
@@ -113,15 +115,22 @@ class _ProgramRow:
         self._lay(Leg(self.now, seconds - moves, self.words))
 
     def grip(self, step: GripperStep) -> None:
-        """Lay a switch of the suction; it takes no time where nobody waits for its answer."""
+        """Lay a switch of the suction, or a wait for the answer to the last one.
+
+        It takes no time where nobody waits for its answer, and what is left of it behind other
+        waits.
+        """
         self.settle()
-        takes_ms = 0.0  # without parts there is nothing to grip
-        if self._world.cell.work is not None:
-            gripper = self._world.cell.work.gripper
-            takes_ms = gripper.vacuum_ms if step.on else gripper.release_ms
-        self.answered = self.now + takes_ms * 1e-3
-        seconds = takes_ms * 1e-3 if step.awaited else 0.0
-        self._lay(Leg(self.now, seconds, self.words, grip=step.on))
+        grip = None
+        if step.on != self._on:
+            self._on = grip = step.on
+            takes_ms = 0.0  # without parts there is nothing to grip
+            if self._world.cell.work is not None:
+                gripper = self._world.cell.work.gripper
+                takes_ms = gripper.vacuum_ms if step.on else gripper.release_ms
+            self.answered = self.now + takes_ms * 1e-3
+        seconds = max(self.answered - self.now, 0.0) if step.awaited else 0.0
+        self._lay(Leg(self.now, seconds, self.words, grip=grip))
 
     def settle(self) -> None:
         """Let what still moves come to its end."""
