@@ -11,6 +11,8 @@ from harness.yaml_files import CONFIG
 from scara_config.programs.files import program_files, read_listing
 from scara_config.programs.tp.listing import MotionLine
 from typer.testing import CliRunner
+from what_if.improving.descent import Found
+from what_if.improving.improve_io import Improver
 from what_if.improving.improve_node import app
 from what_if.improving.telling import Proof
 from what_if.uncertainty.chances import Tried, chances_of
@@ -53,6 +55,27 @@ def test_a_shipped_program_gets_a_quicker_one_beside_it(tmp_path: Path) -> None:
     # What was improved has nothing left.
     again = run(str(tmp_path / "TWO_POINT_2.LS"), *words[1:])
     assert again[0] == 1 and "nothing better was found: TWO_POINT_2 stays as it is" in again[1]
+
+
+def test_a_file_that_came_meanwhile_is_not_written_over(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The search takes minutes; what it found is printed."""
+    path, other = copied("TWO_POINT", tmp_path), tmp_path / "TWO_POINT_2.LS"
+
+    def search(improver: Improver, *_: object) -> list[Found]:
+        other.write_text("of somebody else")
+        return [Found([None] * len(improver.choices), 0.0)]
+
+    def proof(improver: Improver, *_: object) -> Proof:
+        verdict = improver.bench.verdict
+        return Proof({}, verdict, verdict, (1.0, 1.0), None, None, 0.5)
+
+    monkeypatch.setattr(Improver, "search", search)
+    monkeypatch.setattr(Improver, "proof", proof)
+    code, text = run(str(path))
+    assert code == 2 and "TWO_POINT_2.LS: is there already" in text
+    assert "/PROG  TWO_POINT_2" in text and other.read_text() == "of somebody else"
 
 
 @pytest.mark.parametrize(

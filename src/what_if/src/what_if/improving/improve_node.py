@@ -100,9 +100,10 @@ def improve(
         typer.echo(text, nl=False)
         return
     try:
+        check_new_file(file, PROGRAM_ENDING)
         replace_file(file, text)
     except ConfigError:
-        # The disk is full by now: what was searched for minutes is not lost.
+        # The file is there or the disk full by now: what was searched for minutes is not lost.
         typer.echo(text, nl=False)
         raise
     typer.echo(f"program    {file}")
