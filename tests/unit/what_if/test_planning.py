@@ -22,7 +22,7 @@ from what_if.timing.leg import Course, curved
 from what_if.timing.planning import SMOOTHING_S, plan
 from what_if.timing.use import use_of
 from what_if.verdict import Cause
-from what_if.world import World
+from what_if.world import Lag, World
 
 HOME = (0.0, 0.0, -0.16, 0.0)
 THERE = (1.0, 0.4, -0.1, 0.2)
@@ -207,6 +207,18 @@ def test_the_end_of_a_curved_way_is_waited_for_with_the_spread_of_one_lag(world:
     points = Setpoints(("joint_1",), (JointMotion((1.0,), (), (), 1.0),))
     assert judge(world, points).duration_spread_s == pytest.approx(world.lag.spread)
     assert judge(world, recorded([HOME, THERE], 2.0)).duration_spread_s == 0.0
+
+
+def test_a_programs_time_spreads_with_its_rests_at_fine(world: World) -> None:
+    """Each by itself; the lag is not in that time, and a rounded corner has no rest."""
+    known = msgspec.structs.replace(world.cell.config.program, fine_spread_ms=30.0)
+    config = msgspec.structs.replace(world.cell.config, program=known)
+    there = replace(world, cell=replace(world.cell, config=config), lag=Lag(0.02, 7.0))
+    lines = moves((THERE, HOME, THERE), world)
+    rounded = [msgspec.structs.replace(lines[0], fine=False, cnt=50.0), *lines[1:]]
+    for program, rests in ((lines, 3), (rounded, 2)):
+        verdict = judge(there, ProgramSteps("A", tuple(program)))
+        assert verdict.duration_spread_s == pytest.approx(0.03 * math.sqrt(rests))
 
 
 def test_a_switch_of_the_suction_takes_the_grippers_time_and_none_where_nothing_is_gripped(

@@ -118,15 +118,14 @@ class _Trial:
         # What refuses comes before what limits: the first reason makes the verdict's sentence.
         refusing.sort(key=lambda reason: reason.time_s)
         last = legs[-1]
-        # Delays of single waits are independent: their variances add up, not their deviations.
-        waits = sum(leg.waits for leg in legs)
         joints = [joint.name for joint in self._cell.robot.twin_joints]
         return self._figures.verdict(
             joints,
             outcome,
             (*refusing, *limiting),
             last.begin + last.duration,
-            math.sqrt(waits) * self._world.lag.spread,
+            # Single waits are independent: their variances add up, not their deviations.
+            math.hypot(*(leg.spread for leg in legs)),
             self._q,
         )
 

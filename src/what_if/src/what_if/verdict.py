@@ -79,7 +79,8 @@ class Verdict(msgspec.Struct, frozen=True):
         outcome: OK, LIMITED or REFUSED.
         reasons: Against it, in time; the first one counts.
         duration_s: Time the whole takes, until the robot stands.
-        duration_spread_s: Standard deviation of it, by the spread of the robot's lag.
+        duration_spread_s: Standard deviation of it, by the spread of the robot's lag, of a program
+            by that of its rests at FINE; what the acceleration adds is not in it.
         clearance: None if nothing moves against anything.
         joints: What is asked of each.
         tool_speed_mm_s: Largest speed of a watched point.

@@ -88,10 +88,10 @@ def _times(corners: Sequence[float], sample: float) -> FloatArray:
     return np.array(found)
 
 
-def move_leg(course: Course, begin: float, step: str, after: float) -> Leg:
-    """Return a straight move as a leg; ``after`` is what the end of the plan is waited for [s]."""
+def move_leg(course: Course, begin: float, step: str, after: float, spread: float) -> Leg:
+    """Return a straight move as a leg; the arguments are those of :func:`curved`."""
     if len(course.times) < 2:
         # Who stands at the target already has arrived.
         return Leg(begin, 0.0, step, None, course)
     way = straight(course.q[0], course.q[-1])
-    return Leg(begin, float(course.times[-1]) + after, step, way, course, waits=after > 0.0)
+    return Leg(begin, float(course.times[-1]) + after, step, way, course, spread=spread)

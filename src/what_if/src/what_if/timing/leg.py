@@ -41,7 +41,7 @@ class Leg:
         way: Where the joints go; None: they stand.
         course: When they are where; None: they stand.
         grip: The suction is switched on or off at the end; None: it stays.
-        waits: The duration contains the robot's lag once.
+        spread: Standard deviation of the duration [s].
         number: Of the program's step that it belongs to; -1: it is no program's.
     """
 
@@ -51,7 +51,7 @@ class Leg:
     way: Way | None = None
     course: Course | None = None
     grip: bool | None = None
-    waits: bool = False
+    spread: float = 0.0
     number: int = -1
 
     def time_at(self, u: float) -> float:
@@ -69,7 +69,7 @@ class Planned:
     reasons: tuple[Reason, ...] = ()
 
 
-def curved(course: Course, begin: float, step: str, after: float) -> Leg:
+def curved(course: Course, begin: float, step: str, after: float, spread: float = 0.0) -> Leg:
     r"""Return a leg whose way is no straight line, but nearly one between two samples.
 
     A joint with the acceleration a strays from a straight piece that lasts h by at most
@@ -80,8 +80,9 @@ def curved(course: Course, begin: float, step: str, after: float) -> Leg:
         begin: From the beginning of the motion [s].
         step: In words.
         after: What its end is waited for [s].
+        spread: Standard deviation of that [s].
     """
     h = float(np.max(np.diff(course.times)))
     slack = np.max(np.abs(course.qddot), axis=0) * h * h / 8.0
     way = Way(course.q, slack.tolist())
-    return Leg(begin, float(course.times[-1]) + after, step, way, course, waits=after > 0.0)
+    return Leg(begin, float(course.times[-1]) + after, step, way, course, spread=spread)

@@ -62,7 +62,7 @@ def plan(world: World, motion: Motion) -> Planned:
                     at.qddot,
                 )
             course = Course(times, rows[0], rows[1], rows[2], np.arange(count, dtype=float))
-            leg = curved(course, 0.0, "trajectory", world.lag.mean)
+            leg = curved(course, 0.0, "trajectory", world.lag.mean, world.lag.spread)
             return Planned((leg,), tuple(_too_much(world, course)))
         if isinstance(motion, Recorded):
             return _recorded(world, motion)
@@ -114,14 +114,16 @@ def _move(world: World, motion: ToolTarget | JointTarget) -> Planned:
     step = f"{motion.path or 'move'} at {percent:g} %"
     if path.corners:
         course = Course(times, q, qdot, qddot, np.arange(count, dtype=float))
-        return Planned((curved(course, 0.0, step, world.lag.mean),), tuple(reasons))
+        leg = curved(course, 0.0, step, world.lag.mean, world.lag.spread)
+        return Planned((leg,), tuple(reasons))
     # A joint move from rest is straight: the way is where it is on it.
     whole = q[-1] - q[0]
     column = int(np.argmax(np.abs(whole)))
     far = whole[column]
     u = (q[:, column] - q[0, column]) / far if far else np.linspace(0.0, 1.0, count)
     course = Course(times, q, qdot, qddot, np.clip(u, 0.0, 1.0))
-    return Planned((move_leg(course, 0.0, step, world.lag.mean),), tuple(reasons))
+    leg = move_leg(course, 0.0, step, world.lag.mean, world.lag.spread)
+    return Planned((leg,), tuple(reasons))
 
 
 def _destination(world: World, motion: ToolTarget | JointTarget) -> tuple[float, ...]:

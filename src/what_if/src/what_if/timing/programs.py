@@ -96,17 +96,18 @@ class _ProgramRow:
         begin, move = self._here, self._planner.plan(step, self._here)
         law, self._here = Law(move, self._override), move.end
         after = (self._settings.fine_ms if step.fine else self._settings.cnt_ms) * 1e-3
+        spread = self._settings.fine_spread_ms * 1e-3 if step.fine else 0.0
         # Alone from rest to rest, it is straight and known in closed form.
         if not step.cnt and not self._going and isinstance(move, JointMove):
             course = self._of_twin(straight_course(begin, move, law, self._sample))
-            self._lay(move_leg(course, self.now, self.words, after))
+            self._lay(move_leg(course, self.now, self.words, after, spread))
             return
         self._going.append((move, law, 0.0))
         if step.cnt:
             # CNT100 lets the next move begin where this one begins to brake, CNT0 where it ends.
             self._go(law.duration - 0.01 * step.cnt * law.ramp)
         else:
-            self._go(self._left(), after)
+            self._go(self._left(), after, spread)
 
     def stand(self, seconds: float) -> None:
         """Lay a wait; what still moves goes on meanwhile."""
@@ -139,8 +140,8 @@ class _ProgramRow:
     def _left(self) -> float:
         return max((law.duration - since for _, law, since in self._going), default=0.0)
 
-    def _go(self, seconds: float, after: float = 0.0) -> None:
-        """Let what moves go on for so long [s], and wait for the motors [s]."""
+    def _go(self, seconds: float, after: float = 0.0, spread: float = 0.0) -> None:
+        """Let what moves go on for so long [s], and wait for the motors [s], known so well [s]."""
         if seconds > NO_TIME:
             times = np.linspace(0.0, seconds, max(3, math.ceil(seconds / self._sample) + 1))
             q = np.tile(np.array(self._here), (len(times), 1))
@@ -150,7 +151,7 @@ class _ProgramRow:
             qdot = np.gradient(q, times, axis=0)
             qddot = np.gradient(qdot, times, axis=0)
             course = Course(times, q, qdot, qddot, np.arange(len(times), dtype=float))
-            self._lay(curved(self._of_twin(course), self.now, self.words, after))
+            self._lay(curved(self._of_twin(course), self.now, self.words, after, spread))
         going = [(move, law, since + seconds) for move, law, since in self._going]
         self._going = [each for each in going if each[1].duration - each[2] > NO_TIME]
 

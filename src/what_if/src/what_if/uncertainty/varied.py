@@ -82,6 +82,7 @@ def varied(world: World, spreads: Sequence[Spread], row: Sequence[float]) -> Wor
         law,
         acceleration_percent=law.acceleration_percent * by.share("acceleration_percent"),
         fine_ms=max(0.0, law.fine_ms + by.one("fine_ms")),
+        fine_spread_ms=0.0,
     )
     config = msgspec.structs.replace(cell.config, nearer_mm=0.0, program=law)
     people = []
@@ -92,7 +93,7 @@ def varied(world: World, spreads: Sequence[Spread], row: Sequence[float]) -> Wor
     return replace(
         world,
         cell=replace(cell, description=description, config=config),
-        # The lag is drawn here, so nothing of it is left to spread.
+        # The lag is drawn here, like the rest at FINE: nothing of them is left to spread.
         lag=Lag(max(0.0, world.lag.mean + MM * by.one("lag_ms")), 0.0, world.lag.measured),
         models={held: Heavier(arm, mass, resisting) for held, arm in world.models.items()},
         parts=tuple(_aside(cell, part, by.two("part_mm")) for part in world.parts),
