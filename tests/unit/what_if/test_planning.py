@@ -121,22 +121,30 @@ def test_between_two_switches_at_one_time_goes_one_sample(world: World) -> None:
 
 
 @pytest.mark.parametrize(
-    ("up", "turn", "refused"),
-    [(1.0, 0.9, False), (1.0, -0.9, True), (-1.0, 0.9, True), (-1.0, -0.9, False)],
+    ("up", "turn", "upper_deg", "refused"),
+    [
+        (1.0, 0.9, 60.0, False),
+        (1.0, -0.9, 60.0, True),
+        (-1.0, 0.9, 60.0, True),
+        (-1.0, -0.9, 60.0, False),
+        (1.0, -0.9, 310.0, False),
+        (-1.0, 0.9, 310.0, False),
+        (1.0, -0.9, 300.0, True),
+    ],
 )
 def test_a_yaw_that_the_robots_own_wrist_cannot_turn_to_is_refused(
-    world: World, up: float, turn: float, refused: bool
+    world: World, up: float, turn: float, upper_deg: float, refused: bool
 ) -> None:
-    """A joint 4 from 0 to 60 deg turns the tool to the left, or to the right if it points down.
+    """A joint 4 from 0 deg on turns the tool to the left, or to the right if it points down.
 
-    It is the last one that the twin does not have.
+    It is the last one that the twin does not have, and may go the long way round.
     """
     robot, point = world.cell.robot, ToolTarget(0.51, 0.16, 0.1)
     bent = plan(world, point).legs[0].course.q[-1].tolist()
     wrist = msgspec.structs.replace(
         next(joint for joint in robot.joints if not joint.twin),
         lower_deg=0.0,
-        upper_deg=60.0,
+        upper_deg=upper_deg,
         screw_axis=(0.0, 0.0, up, 0.0, -0.65 * up, 0.0),
     )
     stiff = msgspec.structs.replace(wrist, name="spindle", upper_deg=0.0)

@@ -11,7 +11,7 @@ from scara_control.dynamics.planner import Planner
 from scara_control.errors import JointLimitError, ScaraControlError
 from scara_control.joint_motion import JointMotion, Setpoints
 from scara_control.kinematics.tool_path import check_way, wanted_elbow
-from scara_control.limits import check_limits
+from scara_control.limits import LIMIT_TOLERANCE, check_limits
 from scara_control.trajectory.goal import named_joints, plan_path
 
 from what_if.errors import WhatIfError
@@ -160,7 +160,10 @@ def _destination(world: World, motion: ToolTarget | JointTarget) -> tuple[float,
             )
         wrist, up = own[-1]
         left = math.remainder(motion.yaw - tool.yaw(answer.chosen.q), math.tau)
-        check_limits([wrist], [math.copysign(1.0, up) * left])
+        turn, low = math.copysign(1.0, up) * left, wrist.lower - LIMIT_TOLERANCE
+        # A turn more or less is the same yaw: the first one that is not below the range decides.
+        first = low + (turn - low) % math.tau
+        check_limits([wrist], [first if first <= wrist.upper + LIMIT_TOLERANCE else turn])
     return tuple(q)
 
 
