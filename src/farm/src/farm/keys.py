@@ -81,7 +81,7 @@ def owner(key: str) -> CellName:
     """Return the cell that a key belongs to.
 
     Raises:
-        CellNameError: It is no key of a cell.
+        CellNameError: It is no key of a cell, or a key expression that means several.
 
     Example:
         >>> str(owner("hall/pc_2/milk/state"))
@@ -90,7 +90,7 @@ def owner(key: str) -> CellName:
     parts = key.split("/")
     if len(parts) != 4:
         raise CellNameError(f"{key}: is no key of a cell, SITE/MACHINE/CELL/WHAT")
-    return CellName(*parts[:3])
+    return checked(*parts[:3])
 
 
 class ChoiceError(ValueError):

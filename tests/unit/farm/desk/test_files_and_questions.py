@@ -133,6 +133,8 @@ def test_names_that_mean_something_to_the_bus_are_refused(part: str) -> None:
         keys.checked("s", "m", part)
     with pytest.raises(keys.CellNameError, match="is no key of a cell"):
         keys.owner("s/m/c")
+    with pytest.raises(keys.CellNameError, match="cell = "):
+        keys.owner("s/m/*/alive")
 
 
 @pytest.mark.parametrize("data", [b"", b"{", b"[]", b'{"id": 1}', b"\xff", b'{"id": "\xff"}'])

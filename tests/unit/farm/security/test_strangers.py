@@ -187,6 +187,21 @@ def test_a_machine_sends_under_its_own_name_alone(site: Site) -> None:
     assert cells_there(router, "site", 0.5) == []
 
 
+def test_a_machine_keeps_no_stop_from_the_others_by_its_tokens(site: Site) -> None:
+    """What names no cell is passed over and counted; all others are shown and asked."""
+    good, other = site.invite("pc_1"), site.invite("pc_2")
+    router = site.listen()
+    desk = site.farm.desk(router)
+    liveliness = site.come_in(site.address(other)).liveliness()
+    tokens = [liveliness.declare_token(key) for key in ("site/pc_2/**", "site/pc_2/*/alive")]
+    wait_until(lambda: desk.unreadable >= len(tokens), DEADLINE_S, "the tokens")
+    site.farm.link(site.come_in(site.address(good)), Journal(), cell=GOOD)
+    there = wait_until(lambda: cells_there(router, "site", 1.0), DEADLINE_S, "the cell")
+    (answer,) = order(router, there, "STOP", "ann", "desk", 2.0)
+    assert (answer.cell, answer.answer) == (GOOD, Answer(True, "STOP received"))
+    wait_until(lambda: [row.name for row in desk.rows()] == [str(GOOD)], DEADLINE_S, "its row")
+
+
 def test_a_machine_neither_spies_nor_commands(site: Site) -> None:
     """What others show does not reach it, and its questions reach no cell; a desk's do."""
     good, other, desk = site.invite("pc_1"), site.invite("pc_2"), site.invite("lap", Role.DESK)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import queue
 import time
 import uuid
@@ -10,7 +11,7 @@ from typing import NamedTuple
 
 import zenoh
 
-from farm.keys import ALIVE, COMMAND, CellName, every, owner
+from farm.keys import ALIVE, COMMAND, CellName, CellNameError, every, owner
 from farm.wire import Answer, Command, WireError, decode, encode
 
 MARGIN_S = 0.2
@@ -41,8 +42,14 @@ class Answered(NamedTuple):
 
 def cells_there(session: zenoh.Session, site: str, timeout_s: float) -> list[CellName]:
     """Return the cells whose links are there; the router knows, whatever the desk does."""
-    replies = session.liveliness().get(every(site, ALIVE), timeout=timeout_s)
-    return sorted(owner(str(reply.ok.key_expr)) for reply in replies if reply.ok is not None)
+    there = []
+    for reply in session.liveliness().get(every(site, ALIVE), timeout=timeout_s):
+        # A machine declares what it likes under its own name. What names no cell must not keep a
+        # STOP from all others.
+        with contextlib.suppress(CellNameError):
+            if reply.ok is not None:
+                there.append(owner(str(reply.ok.key_expr)))
+    return sorted(there)
 
 
 def order(

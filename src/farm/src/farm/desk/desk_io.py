@@ -230,7 +230,12 @@ class Desk:
         return self._take(cell, take_live(self._of(cell), message))
 
     def _on_alive(self, sample: zenoh.Sample) -> None:
-        cell, now = keys.owner(str(sample.key_expr)), time.time()
+        key, now = str(sample.key_expr), time.time()
+        try:
+            cell = keys.owner(key)
+        except keys.CellNameError as error:
+            self._unreadable(key, error)
+            return
         there = sample.kind == zenoh.SampleKind.PUT
         with self._lock:
             (self._roster.alive if there else self._roster.gone)(cell, now)
