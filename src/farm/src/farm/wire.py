@@ -43,7 +43,7 @@ class CellState(msgspec.Struct, frozen=True):
         why: The reason of the mode, or what is wrong.
         alarm: Active alarm, with what to do; or empty.
         holder: Who holds control, or empty.
-        speed_percent: Cap of both sides' speed; None: not known.
+        speed_percent: Applied program speed of the pair, after all limits; None: not known.
         deviation_mm: Between both tools at the same instant; None: not known.
         remote: Whether the local switch lets the farm move this cell.
     """

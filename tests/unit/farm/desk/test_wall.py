@@ -67,7 +67,7 @@ def test_a_card_says_how_its_cell_is() -> None:
     (card,) = shown(state).cards
     assert (card.title, card.tone, card.text) == ("Twin leads", "bad", "The twin moves")
     in_control = ["ann is in control", "the farm may move it"]
-    assert card.facts == ["0.42 mm apart", "speed cap 80 %", *in_control]
+    assert card.facts == ["0.42 mm apart", "speed 80 %", *in_control]
 
 
 def test_a_mode_that_is_bad_stays_bad_where_the_cell_says_warning() -> None:

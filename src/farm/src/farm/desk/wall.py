@@ -210,7 +210,7 @@ def _facts(state: CellState) -> list[str]:
     apart, speed = state.deviation_mm, state.speed_percent
     return [
         *([f"{apart:.2f} mm apart"] if apart is not None else []),
-        *([f"speed cap {speed:.0f} %"] if speed is not None else []),
+        *([f"speed {speed:.0f} %"] if speed is not None else []),
         *([f"{state.holder} is in control"] if state.holder else []),
         *(["the farm may move it"] if state.remote else []),
     ]
