@@ -6,6 +6,7 @@ import re
 import threading
 import time
 from pathlib import Path
+from types import SimpleNamespace
 from typing import NamedTuple
 
 import pytest
@@ -14,6 +15,7 @@ from farm.desk.alarms import LINK
 from farm.desk.command_line_io import app
 from farm.desk.commands_io import cells_there, order
 from farm.desk.history_io import History, HistoryError, Kept
+from farm.desk.intake import Progress
 from farm.desk.reading_io import AskingError, ask
 from farm.desk.roster import LOST, Row, clock_warning
 from farm.link.newest_io import Newest
@@ -402,6 +404,24 @@ def test_a_full_disk_loses_nothing(
     )
     assert [event.number for _, event in desk.recent] == numbers
     assert desk.rows()[0].missing == 10
+
+
+def test_a_full_disk_forgets_no_journal_that_has_to_be_checked() -> None:
+    """A cell's link came again, as after a power cut, and what was asked then was not written."""
+    from farm.desk.desk_io import Desk
+
+    def full(_: list[Kept]) -> None:
+        raise HistoryError("No space left on device")
+
+    desk = object.__new__(Desk)
+    desk._config = SimpleNamespace(desk=SimpleNamespace(flush_ms=0.0))  # type: ignore[assignment]
+    desk._history = SimpleNamespace(write=full)  # type: ignore[assignment]
+    desk._lock, desk._ended, desk._began = threading.Lock(), threading.Event(), time.monotonic()
+    desk._written = {CELL: Progress(0, 300, 300.0)}
+    desk._progress, desk._queue = {CELL: Progress(1, 302, 302.5)}, []
+    desk._ended.set()  # the writer takes one turn
+    desk._write()
+    assert desk.progress() == {CELL: Progress(0, 300, 300.0, checked=False)}
 
 
 def test_a_link_finds_the_desk_that_comes_later_and_again(farm: Farm) -> None:

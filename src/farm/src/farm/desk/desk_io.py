@@ -359,7 +359,11 @@ class Desk:
                 with self._lock:
                     self._trouble, self._set_aside = str(error), True
                     self._queue = []
-                    self._progress = dict(self._written)
+                    # A link that came meanwhile may be behind a power cut: check all journals.
+                    self._progress = {
+                        cell: replace(known, checked=False, waiting={})
+                        for cell, known in self._written.items()
+                    }
                 say(f"farm: the history cannot be written: {error}", sys.stderr)
                 self._ended.wait(AGAIN_S)
                 self._set_aside = False
