@@ -4,7 +4,9 @@
 import { ago, byId, clock, make, makeButton, put } from "./parts.js";
 
 const HOUR_S = 3600;
-const rows = []; // { line, parts, acknowledge, shelve, group }; group is null when its alarms have gone
+// { line, parts, acknowledge, why, shelve, group, asked }: group is null when its alarms have gone; asked is the group
+// as it was shown when somebody began to write why it is shelved, else null.
+const rows = [];
 
 async function mark(asked, tell) {
   try {
@@ -15,7 +17,29 @@ async function mark(asked, tell) {
     });
     tell(await answer.text(), answer.ok ? "good" : "bad");
   } catch (error) {
-    tell(`${asked.word} ${asked.ids[0]}: not sent: ${error.message}`, "bad");
+    tell(`${asked.word} ${asked.alarms[0].id}: not sent: ${error.message}`, "bad");
+  }
+}
+
+// In the row itself, in the place of Acknowledge: a dialog of the browser would hold up STOP ALL and all that is shown.
+function askWhy(row, group) {
+  row.asked = group;
+  row.acknowledge.classList.toggle("hidden", group !== null);
+  row.why.classList.toggle("hidden", group === null);
+  row.why.value = "";
+  if (group) row.why.focus();
+}
+
+function pressShelve(row, tell) {
+  const { asked, group } = row;
+  if (asked) {
+    const why = row.why.value.trim();
+    if (why) mark({ word: "shelve", alarms: asked.alarms, seconds: HOUR_S, why }, tell);
+    askWhy(row, null);
+  } else if (group.status === "shelved") {
+    mark({ word: "shelve", alarms: group.alarms, seconds: 0 }, tell);
+  } else {
+    askWhy(row, group);
   }
 }
 
@@ -27,18 +51,23 @@ function newRow(tell) {
     facts: make("p", "alarm-facts"),
   };
   const buttons = make("div", "alarm-buttons");
-  const row = { line, parts, acknowledge: makeButton("", "Acknowledge"), shelve: makeButton("", "Shelve"), group: null };
-  row.acknowledge.addEventListener("click", () => mark({ word: "acknowledge", ids: row.group.waiting }, tell));
-  row.shelve.addEventListener("click", () => {
-    const { ids, status } = row.group;
-    if (status === "shelved") {
-      mark({ word: "shelve", ids, seconds: 0 }, tell);
-      return;
-    }
-    const why = window.prompt(`Shelve ${titleOf(row.group)} for an hour. Why?`);
-    if (why) mark({ word: "shelve", ids, seconds: HOUR_S, why }, tell);
+  const row = {
+    line,
+    parts,
+    acknowledge: makeButton("", "Acknowledge"),
+    why: make("input", "alarm-why hidden"),
+    shelve: makeButton("", "Shelve"),
+    group: null,
+    asked: null,
+  };
+  row.why.placeholder = "Why, for an hour?";
+  row.acknowledge.addEventListener("click", () => mark({ word: "acknowledge", alarms: row.group.waiting }, tell));
+  row.shelve.addEventListener("click", () => pressShelve(row, tell));
+  row.why.addEventListener("keydown", ({ key }) => {
+    if (key === "Enter") pressShelve(row, tell);
+    if (key === "Escape") askWhy(row, null);
   });
-  buttons.append(row.acknowledge, row.shelve);
+  buttons.append(row.acknowledge, row.why, row.shelve);
   line.append(...Object.values(parts), buttons);
   byId("alarms").append(line);
   rows.push(row);
@@ -46,15 +75,15 @@ function newRow(tell) {
 }
 
 function titleOf(group) {
-  const times = group.ids.length > 1 ? `${group.ids.length} × ` : "";
+  const times = group.alarms.length > 1 ? `${group.alarms.length} × ` : "";
   return `${times}${group.source}: ${group.text}`;
 }
 
 function factsOf(group, now) {
   const facts = group.status === "raised" ? [] : [group.status];
-  if (group.waiting.length && group.waiting.length < group.ids.length) facts.push(`${group.waiting.length} wait`);
+  if (group.waiting.length && group.waiting.length < group.alarms.length) facts.push(`${group.waiting.length} wait`);
   facts.push(`raised ${clock(group.raised, now)}, ${ago(now - group.raised)} ago`);
-  if (group.times > group.ids.length) facts.push(`${group.times} times`);
+  if (group.times > group.alarms.length) facts.push(`${group.times} times`);
   if (group.cleared) facts.push(`gone for ${ago(now - group.cleared)}`);
   if (group.persons.length) facts.push(`by ${group.persons.join(", ")} ${ago(now - group.marked)} ago`);
   if (group.until) facts.push(`until ${clock(group.until, now)}: ${group.why.join("; ")}`);
@@ -62,7 +91,8 @@ function factsOf(group, now) {
 }
 
 function showRow(row, now) {
-  const { line, parts, acknowledge, shelve, group } = row;
+  const { line, parts, acknowledge, why, shelve, group, asked } = row;
+  if (asked && !(group && meets(group, asked))) askWhy(row, null);
   line.classList.toggle("is-gone", !group);
   if (!group) return;
   line.dataset.status = group.status.split(",")[0];
@@ -72,12 +102,13 @@ function showRow(row, now) {
   put(parts.facts, factsOf(group, now));
   const isShelved = group.status === "shelved";
   acknowledge.classList.toggle("is-hidden", !group.waiting.length);
-  put(shelve, isShelved ? "Unshelve" : "Shelve");
+  put(shelve, isShelved && !row.asked ? "Unshelve" : "Shelve");
+  why.setAttribute("aria-label", `Why is ${titleOf(group)} shelved for an hour?`);
   for (const button of [acknowledge, shelve]) button.setAttribute("aria-label", `${button.textContent} ${titleOf(group)}`);
 }
 
 const isSame = (one, other) => one.source === other.source && one.level === other.level && one.text === other.text;
-const meets = (one, other) => one.ids.some((id) => other.ids.includes(id));
+const meets = (one, other) => one.alarms.some(({ id }) => other.alarms.some((each) => each.id === id));
 
 // Each group gets the row that it has; one whose words have changed the row of its cells.
 function place(groups, tell) {
@@ -100,7 +131,7 @@ function place(groups, tell) {
 export function showAlarms(groups, waiting, now, tell) {
   place(groups, tell);
   for (const row of rows) showRow(row, now);
-  const count = groups.reduce((sum, group) => sum + group.ids.length, 0);
+  const count = groups.reduce((sum, group) => sum + group.alarms.length, 0);
   put(byId("alarm-count"), count ? `${waiting} of ${count} wait for somebody` : "No alarm");
   const link = byId("to-alarms");
   put(link.firstElementChild ?? link, waiting ? `${waiting} alarms` : "No alarm");

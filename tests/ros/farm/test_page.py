@@ -110,8 +110,13 @@ def test_desk_stops_one_and_all_and_marks_alarms(farm: Farm) -> None:
         wait_until(lambda: "4 × real" in slow.inner_text(), DEADLINE_S, "equal alarms as one row")
         names = [f"made_up_{k:03d}" for k in (0, 1, 2, 9)]
         assert slow.locator(".alarm-cells").inner_text() == ", ".join(names)
-        page.once("dialog", lambda dialog: dialog.accept("a spare part comes"))
         slow.get_by_role("button", name="Shelve").click()
+        # The page goes on while somebody writes.
+        told = page.locator("#clock").inner_text()
+        wait_until(lambda: page.locator("#clock").inner_text() != told, DEADLINE_S, "its clock")
+        why = slow.get_by_role("textbox")
+        why.fill("a spare part comes")
+        why.press("Enter")
         wait_until(lambda: slow.get_attribute("data-status") == "shelved", DEADLINE_S, "the shelf")
         assert "a spare part comes" in slow.inner_text()
         assert "real: shelved by ann" in page.locator(".answer").first.inner_text()

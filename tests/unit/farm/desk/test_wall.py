@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from farm.desk.alarms import AlarmBook, AlarmStatus
+from farm.desk.alarms import AlarmBook, AlarmStatus, SeenAlarm
 from farm.desk.roster import Roster
 from farm.desk.wall import AlarmGroup, Wall, wall_of
 from farm.keys import CellName
@@ -89,7 +89,8 @@ def test_equal_alarms_are_one_row_with_their_count_and_cells() -> None:
         ("fan", "warning", ["cell_3"]),
         ("real", "warning", ["cell_0", "cell_1", "cell_2"]),
     ]
-    assert found[2].ids == found[2].waiting == [f"a/cell_{k}: real" for k in range(3)]
+    seen = [SeenAlarm(f"a/cell_{k}: real", k + 1.0, "warning") for k in range(3)]
+    assert found[2].alarms == found[2].waiting == seen
     assert (found[2].raised, found[2].times, found[2].cleared) == (3.0, 3, 0.0)
     assert (found[2].until, found[2].marked) == (0.0, 0.0), "nobody has done anything to them"
 
@@ -102,7 +103,8 @@ def test_a_row_tells_who_has_looked_at_some_of_its_alarms() -> None:
     book.read(book.acknowledge("a/cell_1: real", "ann@desk", 50.0))
     book.read(book.shelve("a/cell_2: real", "ben@desk", 60.0, 3600.0, "a part comes"))
     (group,) = groups(book)
-    assert (group.status, group.waiting) == (AlarmStatus.RAISED, ["a/cell_0: real"])
+    assert group.status is AlarmStatus.RAISED
+    assert [alarm.id for alarm in group.waiting] == ["a/cell_0: real"]
     assert group.persons == ["ann@desk", "ben@desk"] and group.marked == 60.0
     assert (group.until, group.why) == (3660.0, ["a part comes"])
     assert wall_of(100.0, [], book.rows(100.0), []).waiting == 1

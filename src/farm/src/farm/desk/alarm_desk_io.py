@@ -12,7 +12,7 @@ from typing import TypeVar
 
 import msgspec
 
-from farm.desk.alarms import LINK, AlarmBook, AlarmRow, Mark, MarkError
+from farm.desk.alarms import LINK, AlarmBook, AlarmRow, Mark, MarkError, SeenAlarm
 from farm.desk.history_io import Kept
 from farm.keys import CellName
 from farm.wire import Answer, Event, WireError, decode
@@ -33,13 +33,13 @@ class MarksAsked(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     Attributes:
         word: acknowledge or shelve.
-        ids: Of those that the person sees.
+        alarms: As the person saw them.
         seconds: Of shelving: for how long; 0: take it off the shelf.
         why: Of shelving.
     """
 
     word: str
-    ids: list[str]
+    alarms: list[SeenAlarm]
     seconds: float = 0.0
     why: str = ""
 
@@ -109,11 +109,12 @@ class AlarmDesk:
         with self._lock:
             return self._book.rows(time.time())
 
-    def _mark(self, asked: MarksAsked, name: str, person: str) -> Answer:
+    def _mark(self, asked: MarksAsked, seen: SeenAlarm, person: str) -> Answer:
         """Acknowledge or shelve one alarm; it is on the disk before it counts."""
-        now = time.time()
+        name, now = seen.id, time.time()
         with self._lock:
             try:
+                self._book.check_seen(seen, shelves=asked.word == SHELVE)
                 if asked.word == ACKNOWLEDGE:
                     mark = self._book.acknowledge(name, person, now)
                 elif asked.word == SHELVE:
@@ -135,7 +136,7 @@ class AlarmDesk:
             asked: What to do.
             person: Who asks, as PERSON@DESK.
         """
-        answers = [self._mark(asked, name, person) for name in asked.ids]
+        answers = [self._mark(asked, seen, person) for seen in asked.alarms]
         refused = [answer.text for answer in answers if not answer.accepted]
         if refused or not answers:
             return Answer(False, "; ".join(refused) or f"{asked.word}: no alarm was named")

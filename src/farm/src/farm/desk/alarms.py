@@ -57,6 +57,18 @@ class Mark(msgspec.Struct, frozen=True):
     level: str = ERROR
 
 
+class SeenAlarm(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """An alarm as a person saw it when they marked it.
+
+    Attributes:
+        id, raised, level: See :class:`AlarmRow`.
+    """
+
+    id: str
+    raised: float
+    level: str
+
+
 class AlarmRow(msgspec.Struct, frozen=True):
     """One alarm as people see it.
 
@@ -89,6 +101,11 @@ class AlarmRow(msgspec.Struct, frozen=True):
     marked: float = 0.0
     until: float = 0.0
     why: str = ""
+
+    @property
+    def seen(self) -> SeenAlarm:
+        """What a mark of somebody who sees this row names."""
+        return SeenAlarm(self.id, self.raised, self.level)
 
 
 class MarkError(ValueError):
@@ -151,6 +168,22 @@ class AlarmBook:
             self.acknowledged[mark.id] = mark
         else:
             self.shelved[mark.id] = mark
+
+    def check_seen(self, seen: SeenAlarm, shelves: bool) -> None:
+        """Refuse a mark for what a person has not seen.
+
+        Args:
+            seen: The alarm as the person saw it.
+            shelves: Whether it is put on the shelf or taken off. What is raised again stays there,
+                as nobody could shelve what comes and goes all the time.
+
+        Raises:
+            MarkError: There is no such alarm, or it was raised again, or has become worse.
+        """
+        known = self._known(seen.id)
+        worse = known.level == ERROR != seen.level
+        if worse or (known.raised != seen.raised and not shelves):
+            raise MarkError(f"{seen.id}: has changed since: look again")
 
     def acknowledge(self, name: str, person: str, now: float) -> Mark:
         """Return the mark of somebody who has looked at an alarm.

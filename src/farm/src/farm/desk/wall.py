@@ -12,7 +12,7 @@ from collections.abc import Iterable, Mapping, Sequence
 import msgspec
 from scara_ros.page.page_words import mode_change, people
 
-from farm.desk.alarms import AlarmRow, AlarmStatus
+from farm.desk.alarms import AlarmRow, AlarmStatus, SeenAlarm
 from farm.desk.roster import Alike, Row, alike, status_title, status_tone
 from farm.wire import CellState, Event, Level
 
@@ -53,9 +53,9 @@ class AlarmGroup(msgspec.Struct, frozen=True):
         level: warning or error.
         text: In words.
         status: How the most urgent of them is.
-        ids: Of all of them.
-        waiting: Ids of those that wait for somebody.
-        cells: Whose they are, as people say it, in the order of ``ids``.
+        alarms: All of them, as a mark names them.
+        waiting: Those that wait for somebody.
+        cells: Whose they are, as people say it, in the order of ``alarms``.
         raised: When one of them was raised last [s since 1970].
         times: How often all were raised since they were acknowledged.
         cleared: When the last of them went; 0: one is still there.
@@ -69,8 +69,8 @@ class AlarmGroup(msgspec.Struct, frozen=True):
     level: str
     text: str
     status: AlarmStatus
-    ids: list[str]
-    waiting: list[str]
+    alarms: list[SeenAlarm]
+    waiting: list[SeenAlarm]
     cells: list[str]
     raised: float
     times: int
@@ -182,8 +182,8 @@ def _group(equal: Sequence[AlarmRow], short: Mapping[str, str]) -> AlarmGroup:
         level=first.level,
         text=people(first.text),
         status=first.status,
-        ids=[alarm.id for alarm in by_name],
-        waiting=[alarm.id for alarm in by_name if alarm.status in WAITING],
+        alarms=[alarm.seen for alarm in by_name],
+        waiting=[alarm.seen for alarm in by_name if alarm.status in WAITING],
         cells=[short.get(alarm.cell, alarm.cell) for alarm in by_name],
         raised=max(alarm.raised for alarm in equal),
         times=sum(alarm.times for alarm in equal),

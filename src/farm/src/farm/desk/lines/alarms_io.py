@@ -33,9 +33,7 @@ Id = Annotated[str, typer.Argument(help='Of the alarm, as listed: "MACHINE/CELL:
 @app.command()
 def alarms(router_port: RouterPort = None) -> None:
     """List alarms: raised ones first, then those that went unseen, acknowledged, shelved."""
-    rows = msgspec.json.decode(_answered(router_port, keys.ALARMS), type=list[AlarmRow])
-    names = ("alarm", "level", "status", "since", "times", "text", "by", "until")
-    print_table(names, [_line(row) for row in rows])
+    rows = _show(router_port)
     waiting = sum(row.status in (AlarmStatus.RAISED, AlarmStatus.CLEARED) for row in rows)
     typer.echo(f"{len(rows)} alarms, {waiting} wait for somebody")
 
@@ -43,7 +41,7 @@ def alarms(router_port: RouterPort = None) -> None:
 @app.command()
 def acknowledge(alarm: Id, router_port: RouterPort = None, person: Person = None) -> None:
     """Say that you have looked at an alarm; one that has gone leaves the list then."""
-    _mark(MarksAsked(ACKNOWLEDGE, [alarm]), router_port, person)
+    _mark(ACKNOWLEDGE, alarm, router_port, person)
 
 
 @app.command()
@@ -55,10 +53,31 @@ def shelve(
     person: Person = None,
 ) -> None:
     """Put an alarm out of the way for a time, with a reason; it comes back by itself."""
-    _mark(MarksAsked(SHELVE, [alarm], 3600.0 * hours, why), router_port, person)
+    _mark(SHELVE, alarm, router_port, person, 3600.0 * hours, why)
 
 
-def _mark(asked: MarksAsked, router_port: int | None, person: str | None) -> None:
+def _show(router_port: int | None, alarm: str | None = None) -> list[AlarmRow]:
+    """Print all alarms, or the one of this id, and return what was shown."""
+    rows = msgspec.json.decode(_answered(router_port, keys.ALARMS), type=list[AlarmRow])
+    shown = [row for row in rows if alarm in (None, row.id)]
+    names = ("alarm", "level", "status", "since", "times", "text", "by", "until")
+    print_table(names, [_line(row) for row in shown])
+    return shown
+
+
+def _mark(
+    word: str,
+    alarm: str,
+    router_port: int | None,
+    person: str | None,
+    seconds: float = 0.0,
+    why: str = "",
+) -> None:
+    """Show an alarm as it is now, and mark what was shown."""
+    shown = _show(router_port, alarm)
+    if not shown:
+        fail(f"{alarm}: is not listed; ./cell farm alarms lists what there is", FAILED)
+    asked = MarksAsked(word, [row.seen for row in shown], seconds, why)
     question = f"{keys.MARK}?person={person_name(person)}@{desk_name()}"
     answer = decode(_answered(router_port, question, encode(asked)), Answer)
     if not answer.accepted:
