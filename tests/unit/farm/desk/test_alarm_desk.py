@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import json
+import threading
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import msgspec
 import pytest
+from farm.desk import alarm_desk_io
 from farm.desk.alarm_desk_io import ACKNOWLEDGE, LINKS, MARKS, SHELVE, AlarmDesk, MarksAsked
 from farm.desk.alarms import AlarmRow, AlarmStatus, SeenAlarm
 from farm.desk.command_line_io import app
@@ -24,6 +27,7 @@ BODY = {"source": "fan", "level": "error", "active": True, "text": "stands"}
 RAISED = Event(1, 5.0, "alarm", False, "fan: stands", BODY)
 NAME = "m/a: fan"
 SEEN = SeenAlarm(NAME, 5.0, "error")
+DEADLINE_S = 10.0
 
 
 def test_a_desk_that_was_restarted_knows_who_has_looked(tmp_path: Path) -> None:
@@ -178,3 +182,33 @@ def test_a_lost_cell_is_an_alarm_on_a_full_disk_too(tmp_path: Path) -> None:
     (tmp_path / "no_folder").mkdir()
     desk.there({"m/b": 7.0}, 9.0)
     assert len(AlarmDesk(tmp_path / "no_folder" / MARKS, []).rows()) == 1
+
+
+@pytest.mark.parametrize(
+    "write",
+    [
+        lambda desk: desk.mark(MarksAsked(ACKNOWLEDGE, [SEEN]), "ann@desk"),
+        lambda desk: desk.there({"m/b": 7.0}, 8.0),
+    ],
+    ids=["a mark", "a lost cell"],
+)
+def test_a_disk_that_hangs_holds_up_nobody_who_asks_or_tells(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, write: Callable[[AlarmDesk], object]
+) -> None:
+    """The desk keeps its lock while it tells alarms, and a STOP of all needs what it shows."""
+    begun, hang, ended = threading.Event(), threading.Event(), threading.Event()
+
+    def append(*_: object) -> None:
+        begun.set()
+        hang.wait(DEADLINE_S)
+        ended.set()
+
+    monkeypatch.setattr(alarm_desk_io, "_append", append)
+    desk = AlarmDesk(tmp_path / MARKS, [Kept(CELL, 0, RAISED)])
+    writing = threading.Thread(target=write, args=(desk,))
+    writing.start()
+    assert begun.wait(DEADLINE_S)
+    desk.told(CellName("s", "m", "c"), RAISED)
+    assert "m/c: fan" in {row.id for row in desk.rows()} and not ended.is_set()
+    hang.set()
+    writing.join()

@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import asyncio
 import json
+import threading
+from concurrent.futures import ThreadPoolExecutor
 from types import SimpleNamespace
 
 import pytest
+from anyio.to_thread import current_default_thread_limiter
 from farm.desk import page_io
 from farm.desk.commands_io import Answered
 from farm.desk.page_io import Page, PageRequest
 from farm.desk.roster import Roster
 from farm.keys import CellName
 from farm.wire import Answer
+from starlette.concurrency import run_in_threadpool
 from starlette.requests import Request
 
 NONE = [b"", b"{", b'{"cell": "\xff", "command": "STOP"}', b"[" * 100_000, b'{"cell": 1}']
@@ -61,3 +65,29 @@ def test_a_stop_of_all_names_whom_it_did_not_reach(monkeypatch: pytest.MonkeyPat
     assert answers("all", HERE) == [good, away]
     assert answers("all") == [(False, "no cell is there"), away]
     assert answers("a", HERE) == [good]
+
+
+def test_a_stop_goes_out_while_all_other_requests_wait(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As for a disk that hangs: commands have threads of their own."""
+    free, page = threading.Event(), object.__new__(Page)
+    page._commands = ThreadPoolExecutor(1)
+    monkeypatch.setattr(page, "_answers", lambda asked: iter([asked.command.encode()]))
+
+    async def stop() -> tuple[list[bytes], bool]:
+        loop, begun = asyncio.get_running_loop(), asyncio.Event()
+
+        def hang() -> None:
+            loop.call_soon_threadsafe(begun.set)
+            free.wait(10.0)
+
+        current_default_thread_limiter().total_tokens = 1
+        other = asyncio.create_task(run_in_threadpool(hang))
+        await begun.wait()
+        answer = await page._command(request(b'{"command": "STOP", "cell": "all"}'))
+        lines = [line async for line in answer.body_iterator]
+        waits = not other.done()
+        free.set()
+        await other
+        return lines, waits
+
+    assert asyncio.run(stop()) == ([b"STOP"], True)

@@ -72,6 +72,8 @@ class AlarmDesk:
             OSError: The file cannot be read.
         """
         self._file, self._links, self._lock = file, file.with_name(LINKS), threading.Lock()
+        # A disk that hangs holds up who marks, one after another, and nobody who asks or tells.
+        self._marking = threading.Lock()
         self._book = AlarmBook()
         # The newest of each cell that is on the disk.
         self._changes: dict[str, LinkChange] = {}
@@ -89,20 +91,27 @@ class AlarmDesk:
             self._book.told(str(cell), event)
 
     def there(self, lost: Mapping[str, float], now: float) -> None:
-        """Take in which cells are lost, and since when; all others are there."""
+        """Take in which cells are lost, and since when; all others are there.
+
+        One thread alone calls this: it waits for the disk.
+        """
         with self._lock:
             for cell, since in lost.items():
                 self._book.lost(cell, since)
             # A cell of which no alarm is known has none to clear.
             for cell in {known.cell for known in self._book.known.values()} - set(lost):
                 self._book.found(cell, now)
-            for known in self._book.known.values():
-                change = LinkChange(known.cell, not known.cleared, known.cleared or known.raised)
-                if known.source == LINK and change != self._changes.get(known.cell):
-                    # A disk that takes nothing is tried again at the next look.
-                    with contextlib.suppress(OSError):
-                        _append(self._links, change)
-                        self._changes[known.cell] = change
+            links = [known for known in self._book.known.values() if known.source == LINK]
+            changes = [
+                LinkChange(known.cell, not known.cleared, known.cleared or known.raised)
+                for known in links
+            ]
+        for change in changes:
+            if change != self._changes.get(change.cell):
+                # A disk that takes nothing is tried again at the next look.
+                with contextlib.suppress(OSError):
+                    _append(self._links, change)
+                    self._changes[change.cell] = change
 
     def rows(self) -> list[AlarmRow]:
         """Return what asks for somebody, the most urgent first."""
@@ -112,21 +121,24 @@ class AlarmDesk:
     def _mark(self, asked: MarksAsked, seen: SeenAlarm, person: str) -> Answer:
         """Acknowledge or shelve one alarm; it is on the disk before it counts."""
         name, now = seen.id, time.time()
-        with self._lock:
+        with self._marking:
             try:
-                self._book.check_seen(seen, shelves=asked.word == SHELVE)
-                if asked.word == ACKNOWLEDGE:
-                    mark = self._book.acknowledge(name, person, now)
-                elif asked.word == SHELVE:
-                    mark = self._book.shelve(name, person, now, asked.seconds, asked.why)
-                else:
-                    return Answer(False, f"{asked.word}: allowed are {ACKNOWLEDGE} and {SHELVE}")
+                with self._lock:
+                    self._book.check_seen(seen, shelves=asked.word == SHELVE)
+                    if asked.word == ACKNOWLEDGE:
+                        mark = self._book.acknowledge(name, person, now)
+                    elif asked.word == SHELVE:
+                        mark = self._book.shelve(name, person, now, asked.seconds, asked.why)
+                    else:
+                        words = f"{ACKNOWLEDGE} and {SHELVE}"
+                        return Answer(False, f"{asked.word}: allowed are {words}")
                 _append(self._file, mark)
             except MarkError as error:
                 return Answer(False, str(error))
             except OSError as error:
                 return Answer(False, f"{self._file}: {error.strerror}: nothing was changed")
-            self._book.read(mark)
+            with self._lock:
+                self._book.read(mark)
         return Answer(True, f"{name}: {_said(mark)}")
 
     def mark(self, asked: MarksAsked, person: str) -> Answer:

@@ -7,11 +7,13 @@ no web socket, and ten pages cost ten times a text that was made once.
 
 from __future__ import annotations
 
+import asyncio
 import gzip
 import signal
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import AsyncIterator, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from datetime import datetime
 from pathlib import Path
 
@@ -60,6 +62,8 @@ FIGURES_S = 25.0
 """Our choice: pages ask for the figures twice a minute; counting a large farm is work."""
 LAST_WEEKS = ("1", "0")
 """The week before this one, and this one."""
+COMMANDS = 40
+"""Our choice: so many commands wait for their answers at once, each of them for 3 s at most."""
 THERE_S = 0.5
 """Our choice: the router answers who is there within milliseconds."""
 
@@ -87,6 +91,8 @@ class Page:
         self._desk, self._site, self._who, self._expiry_s = desk, site, who, expiry_s
         self._made, self._wall, self._packed = 0.0, b"", b""
         self._counted, self._figures, self._counting = 0.0, b"", threading.Lock()
+        # Threads of their own: what else a page asks for may wait for a disk that hangs.
+        self._commands = ThreadPoolExecutor(COMMANDS, "command")
         self._web = WebFolder("/farm/web", web)
         offer("/farm/wall", self._show)
         offer("/farm/command", self._command, "POST")
@@ -166,7 +172,13 @@ class Page:
             return PlainTextResponse(str(error), 400)
         if asked.command not in ALWAYS:
             return PlainTextResponse(f"{asked.command}: allowed are {', '.join(ALWAYS)}", 400)
-        return StreamingResponse(self._answers(asked), media_type="application/x-ndjson")
+        lines = self._as_they_come(self._answers(asked))
+        return StreamingResponse(lines, media_type="application/x-ndjson")
+
+    async def _as_they_come(self, lines: Iterator[bytes]) -> AsyncIterator[bytes]:
+        loop = asyncio.get_running_loop()
+        while line := await loop.run_in_executor(self._commands, next, lines, b""):
+            yield line
 
     def _answers(self, asked: PageRequest) -> Iterator[bytes]:
         """Yield what each cell says, a line each; this runs in a thread of its own."""
