@@ -14,7 +14,7 @@ from scara_config.profile import PROGRAM_ENDING, PROGRAMS, locate
 from scara_config.programs.configuration import configuration_fault
 from scara_config.programs.steps import Step
 from scara_config.programs.tp.execution import Flow, flow_of
-from scara_config.programs.tp.listing import Line, MotionLine, Position, Program
+from scara_config.programs.tp.listing import MotionLine, Position, Program
 from scara_config.programs.tp.reader import read
 from scara_config.programs.tp.values import POSE_NUMBERS, Pose
 from scara_config.programs.walk import check_motions
@@ -47,11 +47,13 @@ class Taught(msgspec.Struct, frozen=True, dict=True):
         positions: Joint positions by number: [rad or m] in the order of robot.yaml, all joints;
             without those that are Cartesian.
         poses: All positions by number, as they stand in the file.
+        streams: It is the client's stream: its motion goes on to PR[1] as it is in each period.
     """
 
     flow: Flow
     positions: dict[int, tuple[float, ...]]
     poses: dict[int, TaughtPose] = {}
+    streams: bool = False
 
     @property
     def name(self) -> str:
@@ -61,13 +63,8 @@ class Taught(msgspec.Struct, frozen=True, dict=True):
     @cached_property
     def stream_lines(self) -> frozenset[int]:
         """Numbers of the lines that go on to PR[1] as it is in each period."""
-        numbered = enumerate(self.flow.program.lines, start=1)
-        return frozenset(number for number, line in numbered if _follows(line))
-
-    @property
-    def streams(self) -> bool:
-        """It follows PR[1]."""
-        return bool(self.stream_lines)
+        numbered = enumerate(self.flow.program.lines if self.streams else (), start=1)
+        return frozenset(number for number, line in numbered if isinstance(line, MotionLine))
 
 
 class ProgramSteps(msgspec.Struct, frozen=True):
@@ -181,14 +178,6 @@ def axis_names(robot: Robot) -> dict[str, Joint]:
     return {f"J{joint.axis_number}": joint for joint in arm} | {
         f"E{number}": joint for number, joint in enumerate(external, start=1)
     }
-
-
-def _follows(line: Line) -> bool:
-    if not isinstance(line, MotionLine) or line.kind != "J" or line.unit != "%" or line.options:
-        return False
-    (target,) = line.targets
-    # With FINE it would stop at each set point.
-    return target.kind == "PR" and target.index == (1.0,) and line.cnt is not None
 
 
 def position_faults(position: Position, robot: Robot) -> Iterator[tuple[str, str]]:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 from fanuc_emulator.alarms import RefusedError
-from fanuc_emulator.tp.executor import MOST_LINES, Executor, ProgramState, Step
+from fanuc_emulator.tp.executor import MOST_LINES, Executor, ProgramState, Step, stream_program
 from fanuc_emulator.tp.motions import StreamStep
 from fanuc_emulator.tp.registers import Registers
 from harness.programs import program_of
@@ -100,11 +100,11 @@ def test_a_paused_program_stands_still_and_goes_on_where_it_was() -> None:
 def test_stream_takes_a_set_point_in_each_period() -> None:
     """Its loop is executed; R[2] counts as it is then, and nothing but an abort ends it."""
     speed = [50.0]
-    memory = Registers({"R[2]": lambda: speed[0]})
-    executor = run("LBL[1]", "J PR[1] R[2]% CNT100", "JMP LBL[1]", memory=memory)
-    assert stepped(executor, 2) == [StreamStep(2, 50.0)] * 2
+    executor = Executor(Registers({"R[2]": lambda: speed[0], "JPOS": lambda: Pose((0.0,) * 9)}))
+    executor.start(stream_program("RSR0101"), 0.0)
+    assert stepped(executor, 2) == [StreamStep(5, 50.0)] * 2
     speed[0] = 20.0
-    assert stepped(executor) == [StreamStep(2, 20.0)]
+    assert stepped(executor) == [StreamStep(5, 20.0)]
     assert executor.state is ProgramState.RUNNING
 
 

@@ -158,6 +158,24 @@ def test_in_t1_a_tool_that_is_selected_keeps_to_250_mm_s_too(
     assert 0.9 * T1_SPEED < speeds.max() < 1.01 * T1_SPEED
 
 
+def test_a_motion_to_pr1_is_as_to_any_other_register(run: Run) -> None:
+    """Only the stream goes on to a client's set point: speed, override and HOLD count here."""
+    lines = "PR[{0}]=P[1]", "J PR[{0}] 50% CNT50", "J P[2] 50% FINE"
+    stage, other = [run([line.format(n) for line in lines], CORNER) for n in (1, 2)]
+    told, wanted = [[q for _, q in each.told] for each in (stage, other)]
+    assert np.allclose(told, wanted)
+    stage.controller.write_setpoint_valid(True)
+    stage.controller.write_override(10)
+    stage.controller.pulse_input("panel_run2")
+    speeds = [stage.controller.step().velocities for _ in range(500)]
+    stage.controller.write_input("panel_hold", False)
+    stage.end()
+    greatest = [axis.parameters.velocity for axis in stage.controller._motion.axes]
+    shares = np.abs(speeds).max(axis=0) / greatest
+    assert shares.max() == pytest.approx(0.05, rel=0.1)
+    assert 0.1 < stage.now.positions[0] < math.radians(59.0)
+
+
 @pytest.mark.parametrize(("lock", "rounded"), [([], False), (["LOCK PREG"], True)])
 def test_a_position_register_is_read_ahead_only_while_it_is_locked(
     run: Run, lock: list[str], rounded: bool

@@ -154,7 +154,7 @@ def test_an_input_that_was_waited_for_is_on() -> None:
         (["IF R[1]=1,JMP LBL[1]", "LBL[1]"], r"line 1 of TEST: .*depends on R\[1\]"),
         (["J PR[1] 50% FINE"], r"line 1 of TEST: .*depends on PR\[1\], which is not known"),
         (["J PR[1] R[2]% CNT100"], r"line 1 of TEST: .*depends on R\[2\], which is not known"),
-        (["R[2]=5", "J PR[1] R[2]% CNT100"], r"line 2 of TEST: .*PR\[1\] is not known beforehand"),
+        (["R[2]=5", "J PR[1] R[2]% CNT100"], r"line 2 of TEST: .*depends on PR\[1\], which is not"),
         (["J P[9] 50% FINE"], r"P\[9\] is not taught, there are P\[4\], P\[5\], P\[1\]"),
         (["L PR[3] 50mm/sec FINE"], r"line 1 of TEST: .*depends on PR\[3\], which is not known"),
         (["L P[4] 50mm/sec FINE Offset,PR[4]"], r"line 1 of TEST: .*depends on PR\[4\]"),

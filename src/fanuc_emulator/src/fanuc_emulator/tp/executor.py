@@ -77,7 +77,7 @@ class ProgramState(IntEnum):
 
 def stream_program(name: str) -> Program:
     """Return the program that follows the client's set points."""
-    return Taught(flow_of(kit_programs.stream_program(name), name), {})
+    return Taught(flow_of(kit_programs.stream_program(name), name), {}, streams=True)
 
 
 class Executor:

@@ -31,7 +31,6 @@ from fanuc_emulator.alarms import RefusedError
 from fanuc_emulator.drives.planner import Limits, Planner, joint_pose
 from fanuc_emulator.places import tool_place
 from fanuc_emulator.tp.executor import MOST_LINES, MOVES, Executor, ProgramState, UntilStep
-from fanuc_emulator.tp.motions import StreamStep
 from fanuc_emulator.tp.registers import Registers
 
 MOST = 100_000
@@ -282,8 +281,6 @@ def _steps(executor: Executor, memory: _Known) -> Iterator[Step]:
             case WaitStep():
                 yield msgspec.structs.replace(step, program=program)
                 seconds = step.seconds
-            case StreamStep():
-                raise _named(executor, "PR[1] is not known beforehand")
             case None if until is not None:
                 if until.jump is None:
                     raise _named(executor, "nothing that the program does makes this true")
