@@ -450,6 +450,19 @@ def test_a_users_alarm_pauses_and_start_goes_on_behind_it(bench: Bench) -> None:
     assert bench.now.program_state is ProgramState.RUNNING and bench.now.program_line == 4
 
 
+@pytest.mark.parametrize("word", ["CALL", "RUN"])
+def test_what_was_saved_meanwhile_counts_from_the_next_start(word: str) -> None:
+    """A program that runs calls, and begins, those that were there when it was started."""
+    clock, program = Clock(), taught("WAIT .1(sec)", f"{word} OTHER")
+    old, new = ({"OTHER": taught(f"R[1]={number}", name="OTHER")} for number in (1, 2))
+    executor = Executor(clock.registers, old)
+    for wanted in (1.0, 2.0):
+        executor.start(program, 0.0)
+        executor.library = new
+        clock.run(executor, 0.5)
+        assert clock.of("R") == wanted
+
+
 def test_programs_that_call_each_other_without_an_end_are_stopped() -> None:
     """Before the machine's memory is used up."""
     with pytest.raises(ExecutionError, match="more than 10 programs have called each other"):

@@ -93,7 +93,7 @@ class Executor:
             the first.
         waited: For how long a condition has been waited for [s].
         beside: Programs without motion that run beside, by RUN; each is halted and ends alone.
-        library: Programs that can be called, by name.
+        library: Programs that one which starts from now on can call, by name.
     """
 
     def __init__(self, memory: Registers, library: Mapping[str, Program] | None = None) -> None:
@@ -102,7 +102,7 @@ class Executor:
         self.state = ProgramState.ABORTED
         self.program: Program | None = None
         self._memory = memory
-        self.library: Mapping[str, Program] = library if library is not None else {}
+        self.library = self._callable = library if library is not None else {}
         self._frames: list[CallFrame] = []
         self._step: Step | None = None
         self._delay = 0.0
@@ -139,7 +139,7 @@ class Executor:
         self, program: Program, delay: float, index: int = 0, arguments: Sequence[Value] = ()
     ) -> None:
         """Begin ``program`` at a line, which starts after ``delay`` [s]."""
-        self.program = program
+        self.program, self._callable = program, self.library
         self.state = ProgramState.RUNNING
         self.line = index + 1
         self._frames = [self._frame(program, index, arguments)]
@@ -313,19 +313,19 @@ class Executor:
 
     def _named(self, line: Call) -> Program:
         """Return the program that a line calls or runs."""
-        if not isinstance(line.program, str) or line.program not in self.library:
-            raise ExecutionError(f"unknown, there are {', '.join(self.library)}")
-        return self.library[line.program]
+        if not isinstance(line.program, str) or line.program not in self._callable:
+            raise ExecutionError(f"unknown, there are {', '.join(self._callable)}")
+        return self._callable[line.program]
 
     def _run(self, line: Call, frame: CallFrame) -> None:
         """Begin a program beside this one."""
         program = self._named(line)
         callers = [each.program for each in self._frames]
         tasks = [task.program for task in self.beside if not task.ended]
-        check_beside(program, callers, tasks, self.library)
+        check_beside(program, callers, tasks, self._callable)
         if len(self.beside) == DEEPEST:
             raise ExecutionError(f"{DEEPEST} programs run beside this one already")
-        task = Executor(self._memory, self.library)
+        task = Executor(self._memory, self._callable)
         # One list for all: a program beside may begin one, too.
         task.beside = self.beside
         arguments: list[Value] = [evaluate(each, frame.memory) for each in line.arguments]
