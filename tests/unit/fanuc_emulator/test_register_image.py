@@ -217,6 +217,19 @@ def test_what_was_written_is_read_back_whatever_older_snapshot_comes(
     assert at(image, layout, "override") == (60,)
 
 
+def test_an_override_that_a_program_sets_right_behind_a_write_is_read(
+    image: RegisterImage, layout: ModbusMap, bench: Bench
+) -> None:
+    """What was written counts until the first tick that knows of it, though nobody reads that."""
+    older = bench.run(bench.config.dt)
+    image.apply(bench.controller, image.take(11100, [50, 0]))
+    image.show(older)
+    assert at(image, layout, "override") == (50,)
+    bench.controller.write_override(20)
+    image.show(bench.run(bench.config.dt))
+    assert at(image, layout, "override") == (20,)
+
+
 @pytest.mark.parametrize(("percent", "shown"), [(80, 5), (3, 3)])
 def test_an_override_that_an_open_fence_caps_is_read_as_it_is(
     image: RegisterImage, layout: ModbusMap, bench: Bench, percent: int, shown: int

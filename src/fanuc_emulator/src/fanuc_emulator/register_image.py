@@ -69,8 +69,8 @@ class RegisterImage:
         held = layout.holding_registers.values()
         self._writable = _offsets(register for register in held if register.write)
         self._shown: Snapshot | None = None
-        # The override that was written, until a snapshot shows it.
-        self._override_awaited: int | None = None
+        # The override that a tick or a request has brought last, and the first tick that knows it.
+        self._override_known: tuple[float, int] = (0.0, 0)
         self._sequence = 0
         self._codes = _codes(layout)
         # A controller's plain clock goes on between two readings.
@@ -100,14 +100,13 @@ class RegisterImage:
                 # A clock that ticks in longer steps shows the last one.
                 number -= number % self._tick_ms if name == "clock_ms" else 0
                 self._put(name, (number,))
-        percent = snapshot.general_override
-        if self._override_awaited is not None:
-            # A tick that did not know what was written last changes nothing.
-            if self._override_awaited == percent:
-                self._override_awaited = None
-                self._put("override", (percent,))
-        elif before is None or before.general_override != percent:
+        percent, (known, since) = snapshot.general_override, self._override_known
+        differs = percent != known and "override" in self._registers
+        # A tick that did not know what was written last changes nothing; while another one stands
+        # there, a write has not been taken yet.
+        if differs and snapshot.tick >= since and self._get("override")[0] == known:
             self._put("override", (percent,))
+            self._override_known = float(percent), since
         self._show_signals(snapshot)
         if before is None or before.program_name != snapshot.program_name:
             self._put("program_name", snapshot.program_name)
@@ -161,10 +160,7 @@ class RegisterImage:
                     held[begin : begin + len(words)] = old
                     raise RegisterError(f"{name} = {value[0]} is outside [{low}, {high}]")
                 touched.append((name, value))
-        written = dict(touched)
-        if "override" in written:
-            self._override_awaited = round(float(written["override"][0]))
-        word = self._layout.command_word
+        written, word = dict(touched), self._layout.command_word
         # A command counts by its number, whoever wrote the code when.
         if word is not None and word.sequence in written:
             touched.append((word.register, self._get(word.register)))
@@ -188,10 +184,9 @@ class RegisterImage:
                 case "stream_speed":
                     controller.source.speed_percent = round(float(value[0]))
                 case "override":
-                    controller.write_override(percent := round(float(value[0])))
-                    if controller.override != percent:
-                        # *SFSPD is off: what was written will not be shown.
-                        self._override_awaited = controller.override
+                    controller.write_override(round(float(value[0])))
+                    # The next tick tells what became of it: *SFSPD may cap it, a program set it.
+                    self._override_known = float(value[0]), controller.snapshot().tick + 1
                 case "ring_setpoint":
                     axes = self._registers["setpoint"].count
                     rows = [value[at : at + axes] for at in range(0, len(value), axes)]
