@@ -41,7 +41,7 @@ from twin_controller.modbus.port_io import LinkLostError
 from twin_controller.robot_sample import AlarmStatus, ProgramState, WatchdogState
 from typer.testing import CliRunner
 
-from robot_doctor import doctor_node
+from robot_doctor import doctor_node, stop_trials_io
 
 CONTROLLER = load_twin_controller(ROBOT, CONFIG)
 # This machine's own delays are no silence of the robot.
@@ -181,7 +181,7 @@ def test_a_question_says_what_the_person_does_first() -> None:
 def test_enter_is_no(said: str, meant: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     """A question is answered by one key."""
     monkeypatch.setattr("builtins.input", lambda _: said)
-    assert doctor_node.answer("?") is meant
+    assert stop_trials_io.answer("?") is meant
 
 
 def person(loop: ServoLoop) -> Callable[[str], bool]:

@@ -41,11 +41,11 @@ from robot_doctor.new_arm_io import make_arm
 from robot_doctor.new_profile_io import make_profile, make_scara
 from robot_doctor.new_scara import ScaraSize
 from robot_doctor.profile_files_io import place_of, read_profile
-from robot_doctor.robot_probe_io import Mover, ask
+from robot_doctor.robot_probe_io import Mover
 from robot_doctor.set_up_checks import check_set_up
-from robot_doctor.set_up_probe_io import probe_set_up
+from robot_doctor.set_up_probe_io import ask, probe_set_up
 from robot_doctor.stop_trials import allocation, changes, proposal
-from robot_doctor.stop_trials_io import StopTrials, UnexpectedError
+from robot_doctor.stop_trials_io import StopTrials, UnexpectedError, answer
 from robot_doctor.twin_probe_io import ask_twin
 
 SECONDS = 2.0
@@ -281,21 +281,6 @@ def _write_stops(
         today = datetime.date.today().isoformat()
         write_values(path, changes(robot.stopping, host, found, today))
         console.print(f"written: {path}", markup=False)
-
-
-def answer(text: str) -> bool:
-    """Ask one question; Enter is no.
-
-    Raises:
-        UnexpectedError: The answer is neither yes nor no.
-    """
-    try:
-        said = input(f"{text} [y/N] ").strip().lower()
-    except EOFError as error:
-        raise UnexpectedError("no answer") from error
-    if said not in ("y", "yes", "n", "no", ""):
-        raise UnexpectedError(f"{said!r} is neither yes nor no")
-    return said.startswith("y")
 
 
 def _links(

@@ -1,4 +1,4 @@
-"""Ask the robot over Modbus: reading only, and moving a hair when asked to."""
+"""Move the robot a hair over Modbus, and swing its joints."""
 
 from __future__ import annotations
 
@@ -13,8 +13,6 @@ from scara_control.keep_out.points import watched_points
 from twin_controller.config import TwinControllerConfig
 from twin_controller.estimation.delay import Fit
 from twin_controller.modbus.link_io import ModbusLink, ModbusSettings
-from twin_controller.modbus.port_io import ModbusPort
-from twin_controller.registers import RegisterCodec
 from twin_controller.robot.intake import stands
 from twin_controller.robot.signals import GIVE_HOLD_BACK, STOP, Pulse
 from twin_controller.robot_sample import (
@@ -28,7 +26,7 @@ from twin_controller.robot_sample import (
 from robot_doctor.delay_checks import DelayStretch, check_delays
 from robot_doctor.finding import Finding, Group, note, wrong
 from robot_doctor.free_space import free_way, moved
-from robot_doctor.link_checks import MOVED_LEAST, Answer, Nudge, check_nudge, least_time
+from robot_doctor.link_checks import MOVED_LEAST, Nudge, check_nudge, least_time
 
 HAIR = {"deg": 0.5, "mm": 1.0}
 SWING, SWING_S, LISTEN_S = {"deg": 10.0, "mm": 20.0}, 0.8, 0.5
@@ -48,45 +46,6 @@ AHEAD_S = 0.04
 SPEED_PERCENT = 10.0
 SLOW = {"deg": 5.0, "mm": 5.0}
 """Where it is first tried to move the robot: so far, within a second [deg or mm]."""
-
-
-def ask(
-    robot: Robot,
-    layout: ModbusMap,
-    host: str,
-    port: int,
-    period: float,
-    seconds: float,
-    timeout: float,
-) -> list[Answer]:
-    """Poll the robot for a while, as the twin controller does; nothing is written.
-
-    Args:
-        robot: The profile.
-        layout: Its map.
-        host: The robot's address.
-        port: Of its Modbus server.
-        period: Between two requests [s].
-        seconds: How long.
-        timeout: For one answer [s].
-
-    Raises:
-        LinkLostError: Nobody there, or an answer is missing or refused.
-    """
-    codec, answers = RegisterCodec(layout, robot), []
-    link = ModbusPort(host, port, layout.device_id, timeout)
-    link.open()
-    try:
-        end = time.monotonic() + seconds
-        while (sent := time.monotonic()) < end:
-            words = link.read_words(codec.state)
-            received = time.monotonic()
-            signals = link.read_signals(codec.outputs) if codec.outputs else []
-            answers.append(Answer(sent, received, tuple(words), tuple(signals)))
-            time.sleep(max(0.0, sent + period - time.monotonic()))
-    finally:
-        link.close()
-    return answers
 
 
 def link_to(

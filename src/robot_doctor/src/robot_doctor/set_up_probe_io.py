@@ -1,4 +1,4 @@
-"""Read what a robot shows of its set-up; nothing is written."""
+"""Read what a robot shows, its set-up and its answers for a while; nothing is written."""
 
 from __future__ import annotations
 
@@ -7,17 +7,59 @@ import socket
 import struct
 import time
 
+from scara_config import Robot
 from scara_config.modbus_map import ModbusMap
 from scara_config.set_up.settings import WATCHED_COUNT
 from scara_config.set_up.slots import FRAMES, WATCHED, own_slots
 from twin_controller.modbus.blocks import MOST_WORDS, Block
 from twin_controller.modbus.port_io import LinkLostError, ModbusPort
+from twin_controller.registers import RegisterCodec
 
+from robot_doctor.link_checks import Answer
 from robot_doctor.set_up_checks import SetUp
 
 LATER_S = 0.05
 """A clock of milliseconds has gone on after it."""
 _WATCHED = Block(WATCHED[0].address - 1, WATCHED_COUNT)
+
+
+def ask(
+    robot: Robot,
+    layout: ModbusMap,
+    host: str,
+    port: int,
+    period: float,
+    seconds: float,
+    timeout: float,
+) -> list[Answer]:
+    """Poll the robot for a while, as the twin controller does; nothing is written.
+
+    Args:
+        robot: The profile.
+        layout: Its map.
+        host: The robot's address.
+        port: Of its Modbus server.
+        period: Between two requests [s].
+        seconds: How long.
+        timeout: For one answer [s].
+
+    Raises:
+        LinkLostError: Nobody there, or an answer is missing or refused.
+    """
+    codec, answers = RegisterCodec(layout, robot), []
+    link = ModbusPort(host, port, layout.device_id, timeout)
+    link.open()
+    try:
+        end = time.monotonic() + seconds
+        while (sent := time.monotonic()) < end:
+            words = link.read_words(codec.state)
+            received = time.monotonic()
+            signals = link.read_signals(codec.outputs) if codec.outputs else []
+            answers.append(Answer(sent, received, tuple(words), tuple(signals)))
+            time.sleep(max(0.0, sent + period - time.monotonic()))
+    finally:
+        link.close()
+    return answers
 
 
 def probe_set_up(layout: ModbusMap, host: str, port: int, timeout: float, needed: int) -> SetUp:

@@ -56,6 +56,21 @@ class UnexpectedError(Exception):
     """What was not expected while something was tried; the robot is held then."""
 
 
+def answer(text: str) -> bool:
+    """Ask one question; Enter is no.
+
+    Raises:
+        UnexpectedError: The answer is neither yes nor no.
+    """
+    try:
+        said = input(f"{text} [y/N] ").strip().lower()
+    except EOFError as error:
+        raise UnexpectedError("no answer") from error
+    if said not in ("y", "yes", "n", "no", ""):
+        raise UnexpectedError(f"{said!r} is neither yes nor no")
+    return said.startswith("y")
+
+
 class StopTrials:
     """A connection to a robot on which means of stopping are tried; a context manager.
 

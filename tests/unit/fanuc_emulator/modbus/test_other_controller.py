@@ -16,7 +16,7 @@ from harness.processes import wait_until
 from pymodbus.client import ModbusTcpClient
 from robot_doctor.finding import Level
 from robot_doctor.link_checks import check_answers
-from robot_doctor.robot_probe_io import ask
+from robot_doctor.set_up_probe_io import ask
 from scara_config import Robot, load_robot
 from scara_config.modbus_map import ModbusMap, load_modbus_map
 from scara_config.profile import CHOICE
