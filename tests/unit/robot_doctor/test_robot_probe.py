@@ -8,10 +8,12 @@ import shutil
 from collections.abc import Sequence
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import pytest
 from harness.emulated.served import CONFIG, LAYOUT, ROBOT, last_beat, served
 from harness.processes import wait_until
+from harness.wires.proxy import Proxy
 from msgspec.structs import replace
 from robot_doctor.finding import Group, Level, note
 from robot_doctor.free_space import free_way
@@ -60,6 +62,42 @@ def test_a_robot_that_goes_on_after_a_stop_is_told_and_stays_held(
         assert "hold" not in loop.snapshot.inputs
     assert last_beat(written), "its watchdog stays armed, and ends what runs"
     assert "NOT SEEN TO STAND" in found[-1].what and found[-1].level is Level.WRONG, found
+
+
+@pytest.fixture
+def already_read(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Leave out what is only read before anything moves."""
+    monkeypatch.setattr(doctor_node, "has_slots", lambda _: False)
+    for name in ("ask", "check_answers"):
+        monkeypatch.setattr(doctor_node, name, lambda *_: [])
+
+
+@pytest.mark.usefixtures("already_read")
+@pytest.mark.parametrize("back", [True, False])
+def test_a_lost_link_ends_what_moves_also_where_it_comes_back(
+    back: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Nothing goes on by itself, and a stop is said to be sent only where it was."""
+    go, ways = Mover._go, []
+
+    def pull(mover: Mover, *way: Any) -> float:
+        ways.append(way)
+        line.refuse(True)
+        line.refuse(not back)
+        return go(mover, *way)
+
+    monkeypatch.setattr(Mover, "_go", pull)
+    if not back:
+        monkeypatch.setattr("robot_doctor.robot_probe_io.REST_S", 0.3)
+    profile = replace(read_profile(CONFIG), robot=ROBOT, layout=LAYOUT)
+    with served("ready") as (port, loop, _), Proxy(port) as line:
+        address = (HERE, line.port)
+        found = list(doctor_node._robot(profile, LAYOUT, CONTROLLER, address, True))
+        assert not (back and loop.snapshot.outputs.progrun)
+    assert len(ways) == 1
+    assert found[0].level is Level.WRONG and "ended: the robot at 127.0.0.1:" in found[0].what
+    said = [each.advice for each in found if "NOT SEEN TO STAND" in each.what]
+    assert said == ([] if back else ["the stop may not have been sent"])
 
 
 def test_a_robot_whose_files_are_wrong_is_neither_moved_nor_tried(

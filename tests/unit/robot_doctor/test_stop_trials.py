@@ -346,6 +346,22 @@ def test_a_stream_program_that_goes_on_after_its_trial_is_held_and_told(
     assert last.level is Level.WRONG and "is not seen to stand after" in last.what
 
 
+def test_a_link_that_is_lost_during_the_stream_program_is_the_reason_of_the_end(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """What was found before is kept."""
+
+    def lose(_: Mover) -> tuple[str, float]:
+        raise LinkLostError("the robot at 192.0.2.9:502 did not answer")
+
+    monkeypatch.setattr(Mover, "try_stream", lose)
+    with served("ready") as (port, _, _):
+        answer = lambda text: text.startswith("6 of 6")  # noqa: E731
+        with quick(ROBOT, LAYOUT, CONTROLLER, (HERE, port), answer) as trials:
+            *found, last = trials.run()
+    assert len(found) == 5 and "ended: the robot at 192.0.2.9:502 did not" in last.what
+
+
 def test_a_robot_whose_program_runs_on_is_not_told_to_stand(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

@@ -345,14 +345,8 @@ def _robot(
             yield from gaps
             if not is_healthy(gaps):
                 return
-        answers = ask(
-            profile.robot,
-            layout,
-            *address,
-            real.poll_period_ms * 1e-3,
-            SECONDS,
-            real.timeout_ms * 1e-3,
-        )
+        times = real.poll_period_ms * 1e-3, SECONDS, real.timeout_ms * 1e-3
+        answers = ask(profile.robot, layout, *address, *times)
     except (LinkLostError, ConfigError) as error:
         advice = (
             "start it (the stand-in: `rosrun fanuc_emulator emulator`), check address, port, "
@@ -363,13 +357,18 @@ def _robot(
     found = list(check_answers(profile.robot, layout, answers, config))
     yield from found
     if move and is_healthy(found):
-        with Mover(profile.robot, layout, config, *address) as mover:
-            yield from mover.nudge_all()
+        mover = Mover(profile.robot, layout, config, *address)
+        try:
+            with mover:
+                yield from mover.nudge_all()
+        except LinkLostError as why:
+            yield wrong(Group.LINKS, f"ended: {why}", "nothing goes on by itself: ask again")
         if not mover.rests:
+            held = "HOLD was taken away and stays away; RESET on the page gives it back"
             yield wrong(
                 Group.LINKS,
                 "THE ROBOT IS NOT SEEN TO STAND: press its emergency stop",
-                "HOLD was taken away and stays away; RESET on the page gives it back",
+                held if mover.reached else "the stop may not have been sent",
             )
     elif not move:
         yield note(

@@ -13,6 +13,7 @@ from scara_control.keep_out.points import watched_points
 from twin_controller.config import TwinControllerConfig
 from twin_controller.estimation.delay import Fit
 from twin_controller.modbus.link_io import ModbusLink, ModbusSettings
+from twin_controller.modbus.port_io import LinkLostError
 from twin_controller.robot.intake import stands
 from twin_controller.robot.signals import GIVE_HOLD_BACK, STOP, Pulse
 from twin_controller.robot_sample import (
@@ -55,9 +56,10 @@ def link_to(
     address: tuple[str, int],
     take: Callable[[RobotSample, float, float], None],
     told: Callable[[ProgramStatus, AlarmStatus], None],
+    changed: Callable[[bool, str], None],
     **times: Any,
 ) -> ModbusLink:
-    """Return a link to the robot that is not open yet, and tells nobody when it goes up or down.
+    """Return a link to the robot that is not open yet.
 
     Args:
         robot: The profile.
@@ -66,18 +68,19 @@ def link_to(
         address: Of the robot's Modbus server.
         take: Hears each sample.
         told: Hears of program and alarm.
+        changed: Hears that the link is up or lost, and why.
         times: What else of ModbusSettings is not as usual.
     """
     period = config.real.poll_period_ms * 1e-3
     settings = ModbusSettings(*address, period, timeout=0.2, **times)
-    return ModbusLink(settings, layout, robot, take, lambda up, why: None, told)
+    return ModbusLink(settings, layout, robot, take, changed, told)
 
 
 class Mover:
     """Streams small set points to the robot; a context manager that ends the stream.
 
     Attributes:
-        rests: At the end: it did not start the stream, or the robot was seen to stand, its program
+        rests: It did not start the stream, or at the end the robot was seen to stand, its program
             not running. Else HOLD stays away.
 
     Args:
@@ -103,8 +106,11 @@ class Mover:
         self._stretch: DelayStretch | None = None
         self._came = threading.Event()
         self._alarm = ""
-        self._begun, self.rests = False, True
-        self._link = link_to(robot, layout, config, (host, port), self._take, self._told)
+        # Why the link was lost first; empty: it was not.
+        self._lost = ""
+        self.rests, self._stops = True, False
+        hears = self._take, self._told, self._changed
+        self._link = link_to(robot, layout, config, (host, port), *hears)
 
     def __enter__(self) -> Mover:
         """Connect."""
@@ -117,12 +123,18 @@ class Mover:
         Not every controller ends a program by CSTOPI, and one that nobody watches may go on: then
         the watchdog stays armed.
         """
-        if self._begun:
+        if not self.rests:
+            self._stops = True
             self._link.send(*STOP)
             self.rests = self._comes_to_rest()
             if self.rests:
                 self._link.send(*GIVE_HOLD_BACK)
         self._link.close(disarm=self.rests)
+
+    @property
+    def reached(self) -> bool:
+        """The link is up, or was when it ended: what was left for the robot has gone out."""
+        return self._link.connected
 
     def _comes_to_rest(self) -> bool:
         """Return whether the next answers show the robot at rest, its program not running."""
@@ -146,6 +158,9 @@ class Mover:
 
         A joint that comes near a keep-out zone on both ways stays. End at the first that cannot be
         moved.
+
+        Raises:
+            LinkLostError: The link was lost; it may be back.
         """
         reason = self._start()
         if reason:
@@ -193,6 +208,9 @@ class Mover:
 
         Returns:
             Why that is not possible, or an empty text; how far the joint went [deg or mm].
+
+        Raises:
+            LinkLostError: As above.
         """
         if reason := self._start():
             return reason, 0.0
@@ -217,6 +235,14 @@ class Mover:
         if self._stretch is not None:
             self._stretch.take(sample, sent, received)
         self._came.set()
+
+    def _changed(self, up: bool, why: str) -> None:
+        if up and self._stops:
+            # What was left while there was no link is dropped.
+            self._link.send(*STOP)
+        # The first connection may take a few attempts.
+        elif not up and self._newest is not None:
+            self._lost = self._lost or why
 
     def _told(self, program: ProgramStatus, alarm: AlarmStatus) -> None:
         self._alarm = (
@@ -252,7 +278,7 @@ class Mover:
         if "cmdenbl" not in sample.outputs:
             return "it does not allow a remote start (CMDENBL is off)"
         start = self._positions()
-        self._begun = True
+        self.rests = False
         # Behind a set point: with the old one the stream program would go where it went last.
         self._tell(start, SPEED_PERCENT)
         self._link.send(Pulse("rsr1", behind=True))
@@ -271,7 +297,12 @@ class Mover:
 
         Returns:
             When it counts, on the robot's clock without its wrap [ms]; None: as soon as it comes.
+
+        Raises:
+            LinkLostError: Also where the link is back: nothing goes on by itself.
         """
+        if self._lost:
+            raise LinkLostError(self._lost)
         sample, received = self._heard
         if not sample.ring_places:
             self._link.write_now(positions, speed_percent)

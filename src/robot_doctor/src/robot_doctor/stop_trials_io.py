@@ -13,6 +13,7 @@ from scara_config import Robot
 from scara_config.modbus_map import ModbusMap
 from twin_controller.config import TwinControllerConfig
 from twin_controller.modbus.link_io import ModbusLink
+from twin_controller.modbus.port_io import LinkLostError
 from twin_controller.robot.intake import alarm_text, is_faulted, is_stopping
 from twin_controller.robot.signals import Number, Pulse, Signal, Step
 from twin_controller.robot_sample import AlarmStatus, ProgramState, ProgramStatus, RobotSample
@@ -139,7 +140,7 @@ class StopTrials:
                 result = self._try(trial)
                 self.results.append(result)
                 yield result.finding()
-        except (UnexpectedError, KeyboardInterrupt) as why:
+        except (UnexpectedError, LinkLostError, KeyboardInterrupt) as why:
             self._link.send(Signal("hold", False))
             self._rests = self._holds()
             yield wrong(
@@ -315,7 +316,8 @@ class StopTrials:
     def _connect(self, heartbeat: bool) -> ModbusLink:
         """Return a link that is not open yet."""
         line = self._robot, self._layout, self._config, self._address
-        return link_to(*line, self._take, self._told, status_period=0.1, heartbeat=heartbeat)
+        hears = self._take, self._told, lambda up, why: None
+        return link_to(*line, *hears, status_period=0.1, heartbeat=heartbeat)
 
     def _take(self, sample: RobotSample, sent: float, received: float) -> None:
         joints = zip(sample.motion.q, self._robot.joints)
