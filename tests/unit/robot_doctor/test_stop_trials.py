@@ -16,9 +16,11 @@ import pytest
 from fanuc_emulator.drives.servo_loop_io import ServoLoop
 from fanuc_emulator.reset import FaultReset
 from harness.emulated.served import CONFIG, LAYOUT, ROBOT, last_beat, served
-from harness.processes import wait_until
+from harness.processes import free_port, wait_until
 from harness.running.thorough import thorough
+from harness.wires.proxy import Proxy
 from msgspec.structs import replace
+from rich.console import Console
 from robot_doctor.finding import Level
 from robot_doctor.robot_probe_io import Mover
 from robot_doctor.set_up_checks import SetUp
@@ -38,6 +40,7 @@ from robot_doctor.stop_trials_io import StopTrials, UnexpectedError
 from scara_config import load_robot
 from twin_controller.config import load_twin_controller
 from twin_controller.modbus.port_io import LinkLostError
+from twin_controller.robot.signals import Step
 from twin_controller.robot_sample import AlarmStatus, ProgramState, WatchdogState
 from typer.testing import CliRunner
 
@@ -305,6 +308,46 @@ def test_what_is_not_expected_holds_the_robot_for_good() -> None:
             (finding,) = trials.run()
         assert "hold" not in loop.snapshot.inputs
     assert "HOLD was taken away and stays away" in finding.what and trials.results == []
+
+
+def test_of_a_robot_that_nobody_reaches_nothing_is_said_to_be_held_and_nothing_written(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Behind a wrong address a y would take what was tried at the right one out of the file."""
+    for name in ("PATIENCE_S", "SILENT_S"):
+        monkeypatch.setattr(stop_trials_io, name, 0.1)
+    asked: list[str] = []
+    monkeypatch.setattr(doctor_node, "answer", asked.append)
+    with quick(ROBOT, LAYOUT, CONTROLLER, (HERE, free_port()), lambda _: True) as trials:
+        (told,) = trials.run()
+    assert "no robot at 127.0.0.1:" in told.what and "HOLD may not have been taken" in told.what
+    doctor_node._write_stops(Console(soft_wrap=True), ROBOT, CONFIG, ELSEWHERE, trials)
+    assert asked == [] and "nothing was tried" in capsys.readouterr().out
+
+
+def test_a_robot_is_held_whose_link_is_lost_while_a_question_stands_and_comes_back(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """What waits for a link is dropped when it comes."""
+
+    def pull(_: str) -> bool:
+        line.refuse(True)
+        wait_until(lambda: not trials._link.connected, 2.0, "a lost link")
+        send = trials._link.send
+
+        def plug_in(*steps: Step) -> None:
+            send(*steps)
+            monkeypatch.setattr(trials._link, "send", send)
+            line.refuse(False)
+
+        monkeypatch.setattr(trials._link, "send", plug_in)
+        raise KeyboardInterrupt
+
+    with served("ready") as (port, loop, _), Proxy(port) as line:
+        with quick(ROBOT, LAYOUT, CONTROLLER, (HERE, line.port), pull) as trials:
+            (told,) = trials.run()
+        assert "hold" not in loop.snapshot.inputs
+    assert told.what == "ended: interrupted; HOLD was taken away and stays away"
 
 
 def test_a_robot_as_delivered_is_not_tried_but_told_what_is_missing() -> None:

@@ -44,7 +44,7 @@ from robot_doctor.profile_files_io import place_of, read_profile
 from robot_doctor.robot_probe_io import Mover
 from robot_doctor.set_up_checks import check_set_up
 from robot_doctor.set_up_probe_io import ask, probe_set_up
-from robot_doctor.stop_trials import allocation, changes, proposal
+from robot_doctor.stop_trials import TrialEnd, allocation, changes, proposal
 from robot_doctor.stop_trials_io import StopTrials, UnexpectedError, answer
 from robot_doctor.twin_probe_io import ask_twin
 
@@ -264,6 +264,10 @@ def _write_stops(
 ) -> None:
     """Show what robot.yaml should say, and write it once somebody agrees."""
     path = locate("robot.yaml", folder)
+    # Else what was seen at another address would be lost for nothing.
+    if all(each.outcome is TrialEnd.LEFT_OUT for each in trials.results):
+        console.print(f"{path} stays as it is: nothing was tried", markup=False)
+        return
     uop = allocation(trials.outputs, trials.results, robot.stopping.uop)
     found = proposal(robot.stopping, host, trials.results, uop)
     means = ", ".join(f"{name}: {place}" for name, place in found.tried.items())

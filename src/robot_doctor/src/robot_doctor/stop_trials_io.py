@@ -41,6 +41,7 @@ FIRST_S, STAYS_S = 3.0, 1.0
 COMES_S = 30.0
 """So long a person, or the PLC, has to start a program once the question is answered."""
 SILENT_S = 0.5
+SILENT = "the robot does not answer"
 REMEMBERED = 1000
 """Readings: those of ten seconds."""
 SLOWEST_PERCENT = 1
@@ -113,6 +114,9 @@ class StopTrials:
         # Of the program, by the link that is open now.
         self._heard = threading.Event()
         self._rests = True  # as far as was seen
+        # HOLD was taken away, and it is waited for what the robot does.
+        self._holding = False
+        self._why_silent = SILENT
         self._link = self._connect(heartbeat=True)
 
     def __enter__(self) -> StopTrials:
@@ -141,18 +145,24 @@ class StopTrials:
                 self.results.append(result)
                 yield result.finding()
         except (UnexpectedError, LinkLostError, KeyboardInterrupt) as why:
-            self._link.send(Signal("hold", False))
             self._rests = self._holds()
+            sent = self._link.connected
+            held = "was taken away and stays away" if sent else "may not have been taken away"
             yield wrong(
                 Group.LINKS,
-                f"ended: {str(why) or 'interrupted'}; HOLD was taken away and stays away",
+                f"ended: {str(why) or 'interrupted'}; HOLD {held}",
                 "the robot stands; RESET on the page gives HOLD back"
                 if self._rests
                 else "THE ROBOT IS NOT SEEN TO STAND: press its emergency stop",
             )
 
     def _holds(self) -> bool:
-        """Return whether the robot stands, or comes to stand, and its program does not run on."""
+        """Take HOLD away, again with each new connection.
+
+        Return whether the robot stands, or comes to stand, and its program does not run on.
+        """
+        self._holding = True
+        self._link.send(Signal("hold", False))
         try:
             # What was seen before says nothing of this stop.
             self._looks.clear()
@@ -161,8 +171,8 @@ class StopTrials:
                 PATIENCE_S,
                 lambda: self._state is not ProgramState.RUNNING and stands(self._looks),
             )
-        except UnexpectedError:
-            return False
+        finally:
+            self._holding = False
 
     def _try(self, trial: Trial) -> Result:
         """Make one trial, if the person at the robot agrees."""
@@ -274,7 +284,6 @@ class StopTrials:
 
     def _hold(self, why: str) -> None:
         """Stop the robot by what was seen to stop it."""
-        self._link.send(Signal("hold", False))
         if not self._holds():
             raise UnexpectedError(f"{why}, and HOLD did not stop it")
 
@@ -288,7 +297,8 @@ class StopTrials:
         """Wait until something is so; return whether it is.
 
         Raises:
-            UnexpectedError: The robot is silent, or too fast.
+            UnexpectedError: The robot is silent, or too fast. Not while HOLD is taken away: it may
+                yet hear of that, or brake.
         """
         begun = time.monotonic()
         with self._changed:
@@ -296,8 +306,11 @@ class StopTrials:
                 if done():
                     return True
                 heard = max(self._looks[-1].at if self._looks else begun, begun)
-                if not self._changed.wait(SILENT_S) and time.monotonic() > heard + 2.0 * SILENT_S:
-                    raise UnexpectedError("the robot does not answer")
+                came = self._changed.wait(SILENT_S)
+                if self._holding:
+                    continue
+                if not came and time.monotonic() > heard + 2.0 * SILENT_S:
+                    raise UnexpectedError(self._why_silent)
                 if fast := too_fast(self._looks, self._robot):
                     raise UnexpectedError(fast)
             # Here too: the link's thread appends to what it walks through.
@@ -308,16 +321,23 @@ class StopTrials:
         self._link.close(disarm=False)
         # What the other link told last may be long ago.
         self._heard.clear()
+        self._why_silent = SILENT
         self._link = self._connect(heartbeat)
         self._link.__enter__()
         if not self._wait(FIRST_S, self._heard.is_set):
-            raise UnexpectedError("the robot does not answer")
+            raise UnexpectedError(self._why_silent)
 
     def _connect(self, heartbeat: bool) -> ModbusLink:
         """Return a link that is not open yet."""
         line = self._robot, self._layout, self._config, self._address
-        hears = self._take, self._told, lambda up, why: None
+        hears = self._take, self._told, self._link_changed
         return link_to(*line, *hears, status_period=0.1, heartbeat=heartbeat)
+
+    def _link_changed(self, up: bool, why: str) -> None:
+        self._why_silent = SILENT if up else why
+        if up and self._holding:
+            # What was left while there was no link is dropped.
+            self._link.send(Signal("hold", False))
 
     def _take(self, sample: RobotSample, sent: float, received: float) -> None:
         joints = zip(sample.motion.q, self._robot.joints)
