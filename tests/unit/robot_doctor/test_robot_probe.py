@@ -5,7 +5,8 @@ from __future__ import annotations
 import itertools
 import math
 import shutil
-from collections.abc import Sequence
+import threading
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -15,7 +16,8 @@ from harness.emulated.served import CONFIG, LAYOUT, ROBOT, last_beat, served
 from harness.processes import wait_until
 from harness.wires.proxy import Proxy
 from msgspec.structs import replace
-from robot_doctor.finding import Group, Level, note
+from rich.console import Console
+from robot_doctor.finding import Finding, Group, Level, note
 from robot_doctor.free_space import free_way
 from robot_doctor.link_checks import check_nudge
 from robot_doctor.profile_files_io import read_profile
@@ -98,6 +100,46 @@ def test_a_lost_link_ends_what_moves_also_where_it_comes_back(
     assert found[0].level is Level.WRONG and "ended: the robot at 127.0.0.1:" in found[0].what
     said = [each.advice for each in found if "NOT SEEN TO STAND" in each.what]
     assert said == ([] if back else ["the stop may not have been sent"])
+
+
+@pytest.mark.usefixtures("already_read")
+@pytest.mark.parametrize("again", [False, True])
+def test_who_interrupts_what_moves_hears_all_that_was_found(
+    again: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """And at once that the robot may not stand; who interrupts its stop too ends the heartbeats."""
+
+    def break_off(mover: Mover) -> Iterator[Finding]:
+        mover._start()
+        yield note(Group.LINKS, "it moved", "")
+        raise KeyboardInterrupt
+
+    def stands(*_: object) -> bool:
+        if again:
+            raise KeyboardInterrupt
+        return False
+
+    monkeypatch.setattr("robot_doctor.robot_probe_io.REST_S", 0.3)
+    monkeypatch.setattr("robot_doctor.robot_probe_io.stands", stands)
+    monkeypatch.setattr(Mover, "nudge_all", break_off)
+    profile = replace(read_profile(CONFIG), robot=ROBOT, layout=LAYOUT)
+    with served("ready") as (port, _, _):
+        found = list(doctor_node._robot(profile, LAYOUT, CONTROLLER, (HERE, port), True))
+    moved, ended, last = [each.what for each in found]
+    assert (moved, ended) == ("it moved", "ended: interrupted") and "NOT SEEN TO STAND" in last
+    assert "modbus_link" not in [thread.name for thread in threading.enumerate()]
+
+
+def test_a_finding_is_told_before_the_next_one_is_made(capsys: pytest.CaptureFixture[str]) -> None:
+    """Half a minute of motions, and a robot that may be seen to do the wrong thing."""
+
+    def found() -> Iterator[Finding]:
+        yield note(Group.LINKS, "joint_1 went away", "")
+        assert "joint_1 went away" in capsys.readouterr().out
+        yield note(Group.LINKS, "joint_2 did too", "")
+
+    shown = doctor_node.show(Console(), read_profile(CONFIG), found(), CONFIG)
+    assert len(shown) == 2 and "2 to look at" in capsys.readouterr().out
 
 
 def test_a_robot_whose_files_are_wrong_is_neither_moved_nor_tried(

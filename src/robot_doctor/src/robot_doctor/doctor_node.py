@@ -13,8 +13,9 @@ from __future__ import annotations
 
 import contextlib
 import datetime
+import itertools
 import os
-from collections.abc import Iterator
+from collections.abc import Generator, Iterable, Iterator
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -103,13 +104,14 @@ def doctor(
         raise typer.Exit(0 if _stops(console, profile, folder, host, port) else 1)
     findings = list(examine(profile))
     findings += other_files(folder, profile, findings)
-    if not offline:
-        moves = move and is_healthy(findings)
-        # What cannot be read of these files, as a keep-out zone, is missing in what would be moved.
-        if move and not moves:
-            findings.append(wrong(Group.LINKS, "nothing is moved", "correct the files first"))
-        findings += _links(profile, folder, host, port, twin_url, moves)
-    show(console, profile, findings, folder)
+    moves = move and is_healthy(findings)
+    # What cannot be read of these files, as a keep-out zone, is missing in what would be moved.
+    if move and not (moves or offline):
+        findings.append(wrong(Group.LINKS, "nothing is moved", "correct the files first"))
+    # Closed, also where this is interrupted: it stops the robot.
+    with contextlib.closing(_links(profile, folder, host, port, twin_url, moves)) as links:
+        found = itertools.chain(findings, () if offline else links)
+        findings = show(console, profile, found, folder)
     real, healthy = "", is_healthy(findings)
     if healthy:
         real = load(locate("twin_controller.yaml", folder), TwinControllerConfig).real.host
@@ -202,17 +204,21 @@ def tell(console: Console, finding: Finding, place: str = "") -> None:
         console.print(f"        -> {finding.advice}", markup=False)
 
 
-def show(console: Console, profile: RobotProfile, findings: list[Finding], folder: Path) -> None:
-    """Print the findings by group, where they are, and what to do."""
+def show(
+    console: Console, profile: RobotProfile, findings: Iterable[Finding], folder: Path
+) -> list[Finding]:
+    """Print each finding as it comes, where it is, and what to do; return all of them.
+
+    Who stands at a robot that moves has to know it at once.
+    """
     name = chosen_robot() if isinstance(profile.robot, ConfigError) else profile.robot.name
-    for group in Group:
-        found = [finding for finding in findings if finding.group is group]
-        if found:
-            console.print(f"{group.value}", style="bold", markup=False)
-        for finding in found:
-            place = place_of(finding, folder, profile.robot) if finding.advice else ""
-            tell(console, finding, place)
-    counts = {level: sum(finding.level is level for finding in findings) for level in Level}
+    shown: list[Finding] = []
+    for finding in findings:
+        if not shown or finding.group is not shown[-1].group:
+            console.print(f"{finding.group.value}", style="bold", markup=False)
+        tell(console, finding, place_of(finding, folder, profile.robot) if finding.advice else "")
+        shown.append(finding)
+    counts = {level: sum(finding.level is level for finding in shown) for level in Level}
     verdict = (
         f"{counts[Level.FINE]} fine, {counts[Level.NOTE]} to look at, {counts[Level.WRONG]} wrong"
     )
@@ -221,6 +227,7 @@ def show(console: Console, profile: RobotProfile, findings: list[Finding], folde
         style=COLOURS[Level.WRONG if counts[Level.WRONG] else Level.FINE],
         markup=False,
     )
+    return shown
 
 
 def _stops(
@@ -294,7 +301,7 @@ def _links(
     port: int | None,
     twin_url: str | None,
     move: bool,
-) -> Iterator[Finding]:
+) -> Generator[Finding, None, None]:
     """Yield what the robot and the twin answer.
 
     Files that are not usable leave nothing to ask with.
@@ -365,8 +372,9 @@ def _robot(
         try:
             with mover:
                 yield from mover.nudge_all()
-        except LinkLostError as why:
-            yield wrong(Group.LINKS, f"ended: {why}", "nothing goes on by itself: ask again")
+        except (LinkLostError, KeyboardInterrupt) as why:
+            what = f"ended: {str(why) or 'interrupted'}"
+            yield wrong(Group.LINKS, what, "nothing goes on by itself: ask again")
         if not mover.rests:
             held = "HOLD was taken away and stays away; RESET on the page gives it back"
             yield wrong(

@@ -123,13 +123,16 @@ class Mover:
         Not every controller ends a program by CSTOPI, and one that nobody watches may go on: then
         the watchdog stays armed.
         """
-        if not self.rests:
-            self._stops = True
-            self._link.send(*STOP)
-            self.rests = self._comes_to_rest()
-            if self.rests:
-                self._link.send(*GIVE_HOLD_BACK)
-        self._link.close(disarm=self.rests)
+        try:
+            if not self.rests:
+                self._stops = True
+                self._link.send(*STOP)
+                self.rests = self._comes_to_rest()
+                if self.rests:
+                    self._link.send(*GIVE_HOLD_BACK)
+        finally:
+            # Also where somebody interrupts it: heartbeats would keep the watchdog from acting.
+            self._link.close(disarm=self.rests)
 
     @property
     def reached(self) -> bool:
