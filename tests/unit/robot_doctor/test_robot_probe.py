@@ -25,6 +25,7 @@ from robot_doctor.robot_probe_io import HAIR, SWING, Mover
 from scara_config import KeepOut
 from scara_control.keep_out.points import watched_points
 from twin_controller.config import load_twin_controller
+from twin_controller.robot_sample import ControlType
 from typer.testing import CliRunner
 
 from robot_doctor import doctor_node
@@ -165,6 +166,26 @@ def test_a_robot_whose_files_are_wrong_is_neither_moved_nor_tried(
     for told in (moving.output, trying.output):
         assert "keepout" in told
     assert "it was moved" not in moving.output and asked == written == []
+
+
+def test_a_stream_that_ends_while_a_joint_is_swung_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Else nothing would be wrong, and the joints behind it would only not be seen."""
+
+    def end(mover: Mover, *_: object) -> None:
+        loop.post(lambda robot: robot.pulse_input("panel_abort"))
+        ended = lambda: mover._sample.control_type is not ControlType.STREAM  # noqa: E731
+        wait_until(ended, 2.0, "the end of the stream")
+
+    fine = note(Group.LINKS, "it went where it was sent", "")
+    monkeypatch.setattr(Mover, "_nudge", lambda *_: None)
+    monkeypatch.setattr("robot_doctor.robot_probe_io.check_nudge", lambda *_: fine)
+    monkeypatch.setattr(Mover, "_measure", end)
+    with (
+        served("ready") as (port, loop, _),
+        Mover(ROBOT, LAYOUT, CONTROLLER, HERE, port) as mover,
+    ):
+        *_, last = mover.nudge_all()
+    assert last.level is Level.WRONG and "joint_1: the robot ended the stream" in last.what
 
 
 def fence(side: float) -> KeepOut:

@@ -180,16 +180,8 @@ class Mover:
                 yield note(Group.LINKS, f"{joint.name} is not moved: {why}", JOG_AWAY)
                 continue
             nudge = self._nudge(index, joint, way)
-            if self._sample.control_type is not ControlType.STREAM:
-                what = (
-                    f"{joint.name}: the robot ended the stream "
-                    f"{self._alarm or '(it tells no alarm)'}"
-                )
-                yield wrong(
-                    Group.LINKS,
-                    what,
-                    "a heartbeat that came late on a busy machine? Reset the robot and ask again",
-                )
+            if ended := self._ended(joint):
+                yield ended
                 return
             yield check_nudge(nudge, self._joints)
         for index, joint in enumerate(self._joints):
@@ -197,12 +189,23 @@ class Mover:
             if why:
                 yield note(Group.LINKS, f"{joint.name} is not swung: {why}", JOG_AWAY)
             fits.append((joint, None if why else self._measure(index, joint, way)))
+            if not why and (ended := self._ended(joint)):
+                yield ended
+                return
         yield from check_delays(fits, self._config)
         for joint, before, after in zip(self._joints, begun, self._positions()):
             if abs(after - before) > HAIR[joint.unit] * joint.scale:
                 left = f"{(after - before) / joint.scale:+.2f} {joint.unit}"
                 what = f"{joint.name} is not back: it stands {left} from where it began"
                 yield note(Group.LINKS, what, "jog it back: the next --move begins where it stands")
+
+    def _ended(self, joint: Joint) -> Finding | None:
+        """Return that the robot has ended the stream while a joint was moved; None: it has not."""
+        if self._sample.control_type is ControlType.STREAM:
+            return None
+        what = f"{joint.name}: the robot ended the stream {self._alarm or '(it tells no alarm)'}"
+        advice = "a heartbeat that came late on a busy machine? Reset the robot and ask again"
+        return wrong(Group.LINKS, what, advice)
 
     def try_stream(self) -> tuple[str, float]:
         """Start the stream program and send a joint away and back, at 5 deg/s or mm/s at most.
