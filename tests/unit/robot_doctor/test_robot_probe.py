@@ -25,7 +25,7 @@ from robot_doctor.robot_probe_io import HAIR, SWING, Mover
 from scara_config import KeepOut
 from scara_control.keep_out.points import watched_points
 from twin_controller.config import load_twin_controller
-from twin_controller.robot_sample import ControlType
+from twin_controller.robot_sample import ControlType, WatchdogState
 from typer.testing import CliRunner
 
 from robot_doctor import doctor_node
@@ -257,6 +257,51 @@ def test_a_slow_joint_gets_the_time_that_a_low_override_leaves_it(
     # The hair of doctor --move, by a tenth of the speed.
     nudge = mover._nudge(0, joint, HAIR["deg"] * joint.scale)
     assert check_nudge(nudge, robot.twin_joints).level is Level.FINE, nudge
+
+
+def standing(monkeypatch: pytest.MonkeyPatch, position: float = 0.0) -> tuple[Mover, Any]:
+    """Return who moves a robot that only stands, its first joint there, and its sample."""
+    now = itertools.count()
+    clock = SimpleNamespace(monotonic=lambda: 0.01 * next(now), sleep=lambda _: None)
+    sample = SimpleNamespace(
+        motion=SimpleNamespace(q=(position, *[0.0] * len(ROBOT.joints)), qdot=()),
+        control_type=ControlType.NONE,
+        watchdog_state=WatchdogState.DISARMED,
+        outputs={"cmdenbl"},
+        override=100,
+    )
+    monkeypatch.setattr("robot_doctor.robot_probe_io.time", clock)
+    monkeypatch.setattr(Mover, "_sample", sample)
+    mover = Mover(replace(ROBOT, keep_out=[]), LAYOUT, CONTROLLER, HERE, 1)
+    mover._came.set()
+    return mover, sample
+
+
+def test_a_robot_a_hair_outside_its_range_gets_no_set_point_there(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """One at its limit may read so; a set point that is outside is refused, and nothing starts."""
+    joint = ROBOT.twin_joints[0]
+    mover, sample = standing(monkeypatch, joint.upper + 1e-4)
+    asked: list[float] = []
+
+    def tell(_: Mover, positions: Sequence[float], percent: float) -> None:
+        sample.control_type = ControlType.STREAM
+        asked.append(positions[0])
+
+    monkeypatch.setattr(Mover, "_tell", tell)
+    mover.try_stream()
+    for move in (mover._nudge, mover._measure):
+        move(0, joint, -HAIR["deg"] * joint.scale)
+    assert max(asked) <= joint.upper
+
+
+def test_why_a_stream_does_not_start_is_what_was_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Else a wrong cause would be looked for."""
+    mover, _ = standing(monkeypatch)
+    refuse = lambda mover, *_: mover._link.rejected("joint_1 is outside")  # noqa: E731
+    monkeypatch.setattr(Mover, "_tell", refuse)
+    assert mover._start() == "its stream program does not start: joint_1 is outside"
 
 
 @pytest.mark.thorough

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import threading
 import time
+from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 from scara_config import Joint, Robot
 from scara_config.modbus_map import ModbusMap, number_after
 from scara_control.keep_out.points import watched_points
+from scara_control.limits import inside
 from twin_controller.config import TwinControllerConfig
 from twin_controller.estimation.delay import Fit
 from twin_controller.modbus.link_io import ModbusLink, ModbusSettings
@@ -57,6 +59,7 @@ def link_to(
     take: Callable[[RobotSample, float, float], None],
     told: Callable[[ProgramStatus, AlarmStatus], None],
     changed: Callable[[bool, str], None],
+    refused: Callable[[str], None] | None = None,
     **times: Any,
 ) -> ModbusLink:
     """Return a link to the robot that is not open yet.
@@ -69,11 +72,12 @@ def link_to(
         take: Hears each sample.
         told: Hears of program and alarm.
         changed: Hears that the link is up or lost, and why.
+        refused: Hears of a sample that is not believed, and of a write that did not go through.
         times: What else of ModbusSettings is not as usual.
     """
     period = config.real.poll_period_ms * 1e-3
     settings = ModbusSettings(*address, period, timeout=0.2, **times)
-    return ModbusLink(settings, layout, robot, take, changed, told)
+    return ModbusLink(settings, layout, robot, take, changed, told, refused)
 
 
 class Mover:
@@ -109,7 +113,9 @@ class Mover:
         # Why the link was lost first; empty: it was not.
         self._lost = ""
         self.rests, self._stops = True, False
-        hears = self._take, self._told, self._changed
+        # What was not believed, or did not go through: the newest.
+        self._refused: deque[str] = deque(maxlen=1)
+        hears = self._take, self._told, self._changed, self._refused.append
         self._link = link_to(robot, layout, config, (host, port), *hears)
 
     def __enter__(self) -> Mover:
@@ -165,17 +171,13 @@ class Mover:
         Raises:
             LinkLostError: The link was lost; it may be back.
         """
-        reason = self._start()
-        if reason:
-            yield wrong(
-                Group.LINKS,
-                f"the robot cannot be moved: {reason}",
-                "end what commands it, reset it, and ask again",
-            )
+        if reason := self._start():
+            advice = "end what commands it, reset it, and ask again"
+            yield wrong(Group.LINKS, f"the robot cannot be moved: {reason}", advice)
             return
         begun, fits = self._positions(), []
         for index, joint in enumerate(self._joints):
-            way, why = free_way(self._robot, self._points, self._positions(), index, HAIR)
+            way, why = free_way(self._robot, self._points, self._here(), index, HAIR)
             if why:
                 yield note(Group.LINKS, f"{joint.name} is not moved: {why}", JOG_AWAY)
                 continue
@@ -185,7 +187,7 @@ class Mover:
                 return
             yield check_nudge(nudge, self._joints)
         for index, joint in enumerate(self._joints):
-            way, why = free_way(self._robot, self._points, self._positions(), index, SWING)
+            way, why = free_way(self._robot, self._points, self._here(), index, SWING)
             if why:
                 yield note(Group.LINKS, f"{joint.name} is not swung: {why}", JOG_AWAY)
             fits.append((joint, None if why else self._measure(index, joint, way)))
@@ -220,7 +222,7 @@ class Mover:
         """
         if reason := self._start():
             return reason, 0.0
-        start = self._positions()
+        start = self._here()
         for index in range(len(self._joints)):
             asked, why = free_way(self._robot, self._points, start, index, SLOW)
             if not why:
@@ -267,10 +269,14 @@ class Mover:
     def _positions(self) -> tuple[float, ...]:
         return tuple(self._sample.motion.q[k] for k in self._columns)
 
+    def _here(self) -> tuple[float, ...]:
+        """Return where it stands; a reading may be a hair outside its range, a set point not."""
+        return inside(self._joints, self._positions())
+
     def _start(self) -> str:
         """Start the stream program; return why that is not possible, or an empty text."""
         if not self._came.wait(FIRST_S):
-            return "it sends no sample that is believed"
+            return ": ".join(["it sends no sample that is believed", *self._refused])
         sample = self._sample
         if (
             sample.watchdog_state is WatchdogState.ARMED
@@ -283,8 +289,9 @@ class Mover:
             return "it runs a program"
         if "cmdenbl" not in sample.outputs:
             return "it does not allow a remote start (CMDENBL is off)"
-        start = self._positions()
+        start = self._here()
         self.rests = False
+        self._refused.clear()
         # Behind a set point: with the old one the stream program would go where it went last.
         self._tell(start, SPEED_PERCENT)
         self._link.send(Pulse("rsr1", behind=True))
@@ -292,11 +299,9 @@ class Mover:
         while self._sample.control_type is not ControlType.STREAM and time.monotonic() < end:
             self._tell(start, SPEED_PERCENT)
             time.sleep(PERIOD_S)
-        return (
-            ""
-            if self._sample.control_type is ControlType.STREAM
-            else "its stream program does not start"
-        )
+        if self._sample.control_type is ControlType.STREAM:
+            return ""
+        return ": ".join(["its stream program does not start", *self._refused])
 
     def _tell(self, positions: Sequence[float], speed_percent: float) -> int | None:
         """Send one set point [rad or m].
@@ -324,7 +329,7 @@ class Mover:
 
     def _nudge(self, index: int, joint: Joint, asked: float) -> Nudge:
         """Send one joint away and back."""
-        start = self._positions()
+        start = self._here()
         away = moved(start, index, asked)
         speed = self._go(start, away, index)
         there = self._positions()
@@ -335,7 +340,7 @@ class Mover:
 
     def _measure(self, index: int, joint: Joint, way: float) -> Fit | None:
         """Swing one joint smoothly away and back; return how late it was on its way there."""
-        start = self._positions()
+        start = self._here()
         # A robot runs its program at its override; a swing at its limit would be late for that.
         override = max(float(self._sample.override), 1.0)
         percent = min(100.0, 100.0 * SWING_PERCENT / override)
