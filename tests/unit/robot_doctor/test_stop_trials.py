@@ -310,6 +310,42 @@ def test_what_is_not_expected_holds_the_robot_for_good() -> None:
     assert "HOLD was taken away and stays away" in finding.what and trials.results == []
 
 
+def test_a_robot_whose_hold_is_away_is_asked_nothing() -> None:
+    """As trials that ended leave it: no program can be let go on, whoever is asked for it."""
+    asked: list[str] = []
+
+    def interrupt(text: str) -> bool:
+        asked.append(text)
+        raise KeyboardInterrupt
+
+    with served("ready") as (port, _, _):
+        for _ in range(2):
+            with quick(ROBOT, LAYOUT, CONTROLLER, (HERE, port), interrupt) as trials:
+                (told,) = trials.run()
+    assert len(asked) == 1 and "nothing is tried: HOLD is away" in told.what
+
+
+@pytest.mark.parametrize(
+    ("outputs", "watchdog", "said"),
+    [
+        ({"sysrdy"}, WatchdogState.ARMED, ""),
+        ({"sysrdy", "fault"}, WatchdogState.ARMED, "11-007 x"),
+        ({"sysrdy"}, WatchdogState.EXPIRED, "heartbeat lost"),
+    ],
+)
+def test_a_robot_with_a_fault_is_asked_nothing(
+    outputs: set[str], watchdog: WatchdogState, said: str
+) -> None:
+    """The fault is the reason, not who did not start a program."""
+    trials = StopTrials(ROBOT, LAYOUT, CONTROLLER, (HERE, 1), lambda _: True)
+    motion = SimpleNamespace(q=ROBOT.home_positions)
+    sample: Any = SimpleNamespace(motion=motion, outputs=outputs, watchdog_state=watchdog)
+    trials._take(sample, 0.0, 0.0)
+    program: Any = SimpleNamespace(state=ABORTED)
+    trials._told(program, AlarmStatus(11, 7, "", "x", ""))
+    assert trials._barred().startswith(said) and bool(trials._barred()) is bool(said)
+
+
 def test_of_a_robot_that_nobody_reaches_nothing_is_said_to_be_held_and_nothing_written(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

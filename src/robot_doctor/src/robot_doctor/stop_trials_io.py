@@ -14,7 +14,13 @@ from scara_config.modbus_map import ModbusMap
 from twin_controller.config import TwinControllerConfig
 from twin_controller.modbus.link_io import ModbusLink
 from twin_controller.modbus.port_io import LinkLostError
-from twin_controller.robot.intake import alarm_text, is_faulted, is_stopping
+from twin_controller.robot.intake import (
+    HEARTBEAT_LOST,
+    alarm_text,
+    heartbeat_lost,
+    is_faulted,
+    is_stopping,
+)
 from twin_controller.robot.signals import Number, Pulse, Signal, Step
 from twin_controller.robot_sample import AlarmStatus, ProgramState, ProgramStatus, RobotSample
 
@@ -110,7 +116,8 @@ class StopTrials:
         self.outputs: frozenset[str] = frozenset()
         self._changed = threading.Condition()
         self._looks: deque[Look] = deque(maxlen=REMEMBERED)
-        self._state, self._alarm, self._faulted = ProgramState.ABORTED, "", True
+        self._state, self._alarm = ProgramState.ABORTED, ""
+        self._sample: RobotSample | None = None
         # Of the program, by the link that is open now.
         self._heard = threading.Event()
         self._rests = True  # as far as was seen
@@ -136,10 +143,15 @@ class StopTrials:
     def run(self) -> Iterator[Finding]:
         """Ask for each trial, make it, and yield what came of it.
 
-        What is not expected ends all: HOLD is taken away, and stays away.
+        What is not expected ends all: HOLD is taken away, and stays away. Where it is away from the
+        beginning, or a fault shows, nothing is asked.
         """
         try:
-            self._wait(FIRST_S, self._heard.is_set)
+            self._wait(FIRST_S, lambda: self._heard.is_set() and self._sample is not None)
+            if why := self._barred():
+                advice = "let it go at its pendant, or RESET on the page; then ask again"
+                yield wrong(Group.LINKS, f"nothing is tried: {why}", advice)
+                return
             for trial in Trial:
                 result = self._try(trial)
                 self.results.append(result)
@@ -155,6 +167,17 @@ class StopTrials:
                 if self._rests
                 else "THE ROBOT IS NOT SEEN TO STAND: press its emergency stop",
             )
+
+    def _barred(self) -> str:
+        """Return why no program can run, or an empty text."""
+        sample = self._sample
+        if sample is None:
+            return ""
+        if "held" in sample.outputs:
+            return "HOLD is away, as trials that ended leave it, or it is held at its pendant"
+        if heartbeat_lost(sample):
+            return HEARTBEAT_LOST
+        return (self._alarm or "FAULT is on") if "fault" in sample.outputs else ""
 
     def _holds(self) -> bool:
         """Take HOLD away, again with each new connection.
@@ -205,7 +228,9 @@ class StopTrials:
                 self._pause_again()
             least = f"{MOVES / WINDOW_S:g} deg/s or mm/s"
             what = f"no program moved a joint by {least} or more within {self._comes:g} s"
-            return leave(f"{what}: perhaps none was started; else give its motions more percent")
+            # No output of a simple panel shows HOLD.
+            perhaps = "perhaps none was started, or HOLD is away"
+            return leave(f"{what}: {perhaps}; else give its motions more percent")
         # So how late it brakes can be measured; it is stopped all the same.
         self._wait(FIRST_S, lambda: evenly(self._looks))
         return self._try_stop(trial)
@@ -346,10 +371,11 @@ class StopTrials:
             if self._state is not ProgramState.ABORTED:
                 self.outputs |= sample.outputs
             self._looks.append(Look(received, places, self._state))
-            self._faulted = is_faulted(sample)
+            self._sample = sample
             self._changed.notify()
 
     def _told(self, program: ProgramStatus, alarm: AlarmStatus) -> None:
         self._state = program.state
-        self._alarm = alarm_text(alarm) if is_stopping(alarm, self._faulted) else ""
+        faulted = self._sample is None or is_faulted(self._sample)
+        self._alarm = alarm_text(alarm) if is_stopping(alarm, faulted) else ""
         self._heard.set()
