@@ -185,7 +185,7 @@ def test_distance_from_a_polyline_is_that_of_its_nearest_point() -> None:
 
 def test_places_along_a_path_are_at_equal_parts_of_its_length() -> None:
     """Also where the motion rested in between."""
-    places, times, length = along_path(MECHANISM, motion("real"), 50)
+    places, times, length = along_path(MECHANISM, motion("real"), 50, SETTINGS.longest_gap_s)
     steps = np.linalg.norm(np.diff(places, axis=0), axis=1)
     straight = np.delete(steps, 24)
     assert straight == pytest.approx(length / 49, rel=1e-3), (
@@ -239,6 +239,22 @@ def test_a_hole_is_told_and_nothing_is_invented_in_it() -> None:
     assert [(gap.side, round(gap.duration, 6)) for gap in pair.gaps] == [("real", 1.9)]
     seconds = len(twin.stamps) / 200.0
     assert pair.fidelity.snapshots[0] < 0.65 * seconds * CONFIG.snapshots_hz
+
+
+def test_a_clock_that_jumps_ahead_by_years_is_a_hole() -> None:
+    """In the way there: the figures are of the time before and after, and no memory is short."""
+    whole = track("a")
+    real, twin = (
+        replace(side, stamps=side.stamps + 3.2e8 * (side.stamps > 1.5))
+        for side in (whole.real, whole.twin)
+    )
+    jumped = replace(whole, label="b", real=real, twin=twin)
+    found = compare_tracks("x", [jumped, replace(jumped, label="c")], comparer())
+    assert "b: 100.0 % of the time has no samples, limit 1 %" in found.reasons[0]
+    assert [gap.side for gap in found.pairs[0].gaps] == ["real", "twin"]
+    length = comparer().pair(whole).along_path[0][-1]
+    assert found.pairs[0].along_path[0][-1] == pytest.approx(length, rel=0.01)
+    assert found.runs[0].path_max < 0.1
 
 
 def test_a_repeat_is_not_held_against_what_nobody_recorded() -> None:

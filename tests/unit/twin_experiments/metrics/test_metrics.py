@@ -27,9 +27,12 @@ from twin_experiments.metrics.series import (
     Array,
     MetricsError,
     Motion,
+    SampleGap,
     align,
     find_gaps,
     interpolate,
+    known_at,
+    known_steps,
     true_runs,
 )
 
@@ -257,6 +260,32 @@ def test_a_hole_is_left_out_and_reported(begun: float) -> None:
     (first, cut), (again, last) = found.trace.aligned.segments
     assert (first, cut, last) == (0, again, len(found.trace.aligned.instants))
     assert found.trace.aligned.instants[cut] == pytest.approx(gap.start + gap.duration)
+
+
+def test_a_clock_that_jumps_ahead_by_years_leaves_one_hole() -> None:
+    """Both parts are compared, and no memory is asked for the years between them."""
+    sides = [wave(side, seconds=5.0) for side in ("real", "twin")]
+    jumped = [
+        dataclasses.replace(side, stamps=side.stamps + 3.2e8 * (side.stamps > 2.5))
+        for side in sides
+    ]
+    found = both(*jumped).trace.aligned
+    assert [gap.side for gap in found.gaps] == ["real", "twin"] and len(found.segments) == 2
+    assert len(found.instants) == pytest.approx(5000, abs=10)
+
+
+@given(
+    st.lists(st.tuples(st.integers(-3, 12), st.integers(1, 60)), max_size=6),
+    st.integers(1, 50),
+)
+def test_the_steps_in_no_hole_are_those_at_known_instants(
+    holes: list[tuple[int, int]], count: int
+) -> None:
+    """Also where holes overlap, meet, or end at a step."""
+    gaps = [SampleGap("real", 0.3 + 0.1 * begin, 0.02 * length) for begin, length in holes]
+    instants = 0.3 + np.arange(count) / 50.0
+    known = np.flatnonzero(known_at(instants, gaps))
+    np.testing.assert_array_equal(known_steps(0.3, count, 50.0, gaps), known)
 
 
 def test_both_sides_are_compared_from_the_later_begin_to_the_sooner_end() -> None:

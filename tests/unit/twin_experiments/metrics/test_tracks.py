@@ -5,13 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from scara_config import load_robot
-from twin_experiments.metrics.series import Motion
+from twin_experiments.metrics.series import Motion, equal_steps, interpolate
 from twin_experiments.metrics.tracks import (
     Mechanism,
     distance_from_path,
     first_to_move,
     onset,
-    resample,
     travelled,
 )
 
@@ -25,7 +24,7 @@ SLOPE = 0.5
 def test_every_step_up_to_the_end_is_there(end: float, count: int) -> None:
     """0.29 s times 100 is a rounding less than 29: no step is lost by it, and none is behind."""
     motion = Motion("real", STAMPS, SLOPE * STAMPS[:, None], np.full((11, 1), SLOPE))
-    positions, velocities = resample(motion, 100.0, 0.0, end)
+    positions, velocities = interpolate(motion, equal_steps(0.0, end, 100.0))
     assert positions[:, 0] == pytest.approx(SLOPE * 0.01 * np.arange(count), abs=1e-9)
     assert velocities[:, 0] == pytest.approx([SLOPE] * count)
 

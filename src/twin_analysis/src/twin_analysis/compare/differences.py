@@ -21,7 +21,9 @@ from twin_experiments.metrics.series import (
     SampleGap,
     align,
     count_ends,
+    equal_steps,
     find_gaps,
+    interpolate,
     known_at,
 )
 from twin_experiments.metrics.tracks import (
@@ -31,7 +33,6 @@ from twin_experiments.metrics.tracks import (
     distance_from_path,
     moving,
     onset,
-    resample,
 )
 from twin_experiments.report.record import pick
 
@@ -170,7 +171,7 @@ class Comparer:
         begun = onset(track.side(track.leader), speeds)
         distance = self._distance(aligned.real.positions, aligned.twin.positions)
         _, instants, length = along_path(
-            self._mechanism, track.side(track.leader), self._config.path_points
+            self._mechanism, track.side(track.leader), self._config.path_points, longest
         )
         # Where nothing moves, time counts from the first instant.
         zero = float(aligned.instants[0]) if begun is None else begun
@@ -257,7 +258,8 @@ class Comparer:
 
     def _run(self, first: Motion, other: Motion, track: Track, speeds: Array) -> RunDifference:
         """Compare one side of two recordings whose times count from the leader's first motion."""
-        aligned = align(first, other, self._settings.rate_hz, self._settings.longest_gap_s)
+        longest = self._settings.longest_gap_s
+        aligned = align(first, other, self._settings.rate_hz, longest)
         in_time = self._distance(aligned.real.positions, aligned.twin.positions)
         count = self._config.path_points
         # A hole of either is cut out of both: parts of a path's length are then the same places.
@@ -266,8 +268,10 @@ class Comparer:
             known = self._known(motion.stamps, first, other)
             kept = motion.stamps[known], motion.positions[known], motion.velocities[known]
             both.append(Motion(motion.side, *kept))
-        reference, _, reference_length = along_path(self._mechanism, both[0], FINER * count)
-        places, instants, length = along_path(self._mechanism, both[1], count)
+        reference, _, reference_length = along_path(
+            self._mechanism, both[0], FINER * count, longest
+        )
+        places, instants, length = along_path(self._mechanism, both[1], count, longest)
         on_path = distance_from_path(places, reference, round(PATH_WINDOW * FINER * count))
         on_path = on_path[self._known(instants, first, other)]
         return RunDifference(
@@ -327,21 +331,22 @@ class Comparer:
             settings.max_lag_s,
         )
 
+    def _gaps(self, one: Motion, other: Motion) -> tuple[SampleGap, ...]:
+        """Return the holes of both motions."""
+        longest = self._settings.longest_gap_s
+        return (*find_gaps(one, longest), *find_gaps(other, longest))
+
     def _known(self, instants: Array, one: Motion, other: Motion) -> Mask:
         """Return at which instants neither motion has a hole."""
-        longest = self._settings.longest_gap_s
-        return known_at(instants, (*find_gaps(one, longest), *find_gaps(other, longest)))
+        return known_at(instants, self._gaps(one, other))
 
     def _snapshots(self, one: Motion, other: Motion) -> tuple[list[Array], list[Array]]:
         """Return positions and velocities of both over their common time, holes left out."""
         start = float(max(one.stamps[0], other.stamps[0]))
         end = float(min(one.stamps[-1], other.stamps[-1]))
-        rate = self._config.snapshots_hz
-        traces = [resample(motion, rate, start, end) for motion in (one, other)]
-        known = self._known(start + np.arange(len(traces[0][0])) / rate, one, other)
-        return [positions[known] for positions, _ in traces], [
-            speeds[known] for _, speeds in traces
-        ]
+        instants = equal_steps(start, end, self._config.snapshots_hz, self._gaps(one, other))
+        traces = [interpolate(motion, instants) for motion in (one, other)]
+        return [positions for positions, _ in traces], [speeds for _, speeds in traces]
 
     def _fidelity(self, positions: list[Array], velocities: list[Array], speeds: Array) -> Fidelity:
         """Align the snapshots of two motions; see :meth:`_snapshots`."""

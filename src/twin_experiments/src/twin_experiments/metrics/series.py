@@ -168,6 +168,42 @@ def known_at(instants: Array, gaps: Iterable[SampleGap]) -> Mask:
     return known
 
 
+def known_steps(
+    start: float, count: int, rate: float, gaps: Iterable[SampleGap]
+) -> NDArray[np.int_]:
+    """Return the numbers of the steps ``start + n / rate``, n below ``count``, that lie in no hole.
+
+    They are those that :func:`known_at` knows. A hole costs nothing, however long it is: where a
+    clock was set ahead by years, no memory holds all the steps.
+    """
+    found = [np.zeros(0, dtype=np.int_)]
+    begin, last = start, start + (count - 1) / rate
+    for gap in (*sorted(gaps, key=lambda gap: gap.start), SampleGap("", last, 0.0)):
+        if begin <= gap.start:
+            # One step more at both ends, for rounding; what is too much is taken off again.
+            low = max(0, int((begin - start) * rate) - 1)
+            high = min(count, int((gap.start - start) * rate) + 2)
+            steps = np.arange(low, high)
+            instants = start + steps / rate
+            found.append(steps[(instants >= begin) & (instants <= gap.start)])
+        begin = max(begin, gap.start + gap.duration)
+    return np.concatenate(found)
+
+
+def equal_steps(start: float, end: float, rate: float, gaps: Iterable[SampleGap] = ()) -> Array:
+    """Return the instants from ``start`` to ``end`` [s] at equal steps, holes left out.
+
+    Args:
+        start: The first.
+        end: None is behind it; the last may be before it by less than a step.
+        rate: Instants per second.
+        gaps: The holes.
+    """
+    count = max(1, int((end - start) * rate + 1e-9) + 1)
+    # Rounding may put the last instant behind the end, where nothing is known.
+    return np.minimum(start + known_steps(start, count, rate, gaps) / rate, end)
+
+
 def align(real: Motion, twin: Motion, rate: float, longest_gap: float) -> Aligned:
     """Interpolate both motions to common instants inside their common time span, holes left out.
 
@@ -192,7 +228,6 @@ def align(real: Motion, twin: Motion, rate: float, longest_gap: float) -> Aligne
             f"no common time span: real has {real.stamps[0]:.3f} to {real.stamps[-1]:.3f} s, "
             f"twin {twin.stamps[0]:.3f} to {twin.stamps[-1]:.3f} s"
         )
-    instants = start + np.arange(int((end - start) * rate) + 1) / rate
     gaps = tuple(
         gap
         for motion in (real, twin)
@@ -200,15 +235,14 @@ def align(real: Motion, twin: Motion, rate: float, longest_gap: float) -> Aligne
         if gap.start < end and gap.start + gap.duration > start
     )
     # One side in a hole is enough: nothing can be compared there.
-    known = known_at(instants, gaps)
-    if not known.any():
+    steps = known_steps(start, int((end - start) * rate) + 1, rate, gaps)
+    if not len(steps):
         raise MetricsError(
             f"nothing to compare: every instant lies in a hole longer than {longest_gap} s"
         )
-    breaks = np.cumsum(~known)[known]
-    instants = instants[known]
-    # Instants with as many unknown ones before them belong together.
-    edges = [0, *(np.flatnonzero(np.diff(breaks)) + 1).tolist(), len(breaks)]
+    instants = start + steps / rate
+    # Steps that follow each other belong together.
+    edges = [0, *(np.flatnonzero(np.diff(steps) > 1) + 1).tolist(), len(steps)]
     return Aligned(
         rate=rate,
         segments=tuple(itertools.pairwise(edges)),

@@ -12,7 +12,14 @@ import numpy as np
 from scara_config import Joint
 
 from twin_experiments.metrics.errors import ToolFunction
-from twin_experiments.metrics.series import Array, Mask, Motion, interpolate
+from twin_experiments.metrics.series import (
+    Array,
+    Mask,
+    Motion,
+    equal_steps,
+    find_gaps,
+    interpolate,
+)
 
 # Our choice: a joint without a profile moves above this share of the largest speed it reached
 SLOW_SHARE = 0.01
@@ -138,40 +145,32 @@ def first_to_move(real: Motion, twin: Motion, speeds: Array) -> str:
     return "twin" if begun[1] is not None and (begun[0] is None or begun[1] < begun[0]) else "real"
 
 
-def resample(motion: Motion, rate: float, start: float, end: float) -> tuple[Array, Array]:
-    """Return positions and velocities at equal steps from ``start`` to ``end`` [s].
-
-    The motion must cover that time.
-    """
-    instants = start + np.arange(max(1, int((end - start) * rate + 1e-9) + 1)) / rate
-    # Rounding may put the last instant behind the end, where nothing is known.
-    return interpolate(motion, np.minimum(instants, end))
-
-
 def travelled(places: Array) -> Array:
     """Return how far each place is from the first one along the path, shape ``(k,)``."""
     steps = np.linalg.norm(np.diff(places, axis=0), axis=1)
     return np.concatenate(([0.0], np.cumsum(steps)))
 
 
-def along_path(mechanism: Mechanism, motion: Motion, count: int) -> tuple[Array, Array, float]:
+def along_path(
+    mechanism: Mechanism, motion: Motion, count: int, longest_gap: float
+) -> tuple[Array, Array, float]:
     """Return where a side was at equal parts of its own path, when, and the path's length.
 
     Args:
         mechanism: For the places.
         motion: Of the side.
         count: How many places; the first is the start, the last the end.
+        longest_gap: Across samples further apart than this [s] the path is straight.
 
     Returns:
         Places of shape ``(count, d)``, times of shape ``(count,)`` [s], length in the unit of the
         places.
     """
     start, end = float(motion.stamps[0]), float(motion.stamps[-1])
-    positions, _ = resample(motion, PICTURED_HZ, start, end)
-    places = mechanism.places(positions)
+    instants = equal_steps(start, end, PICTURED_HZ, find_gaps(motion, longest_gap))
+    places = mechanism.places(interpolate(motion, instants)[0])
     distance = travelled(places)
     length = float(distance[-1])
-    instants = np.minimum(start + np.arange(len(places)) / PICTURED_HZ, end)
     wanted = np.linspace(0.0, length, count)
     # While the tool rests several instants have one distance: the first of them counts.
     rising = np.concatenate(([True], np.diff(distance) > 0.0))
