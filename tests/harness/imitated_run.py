@@ -194,7 +194,7 @@ def imitate(
             maker.joint_states(topic, names, start + times, positions, velocities)
         maker.marker(start + DURATION_S, f"end {name}")
         start += DURATION_S + 1.0
-    _say(maker, pair)
+    _say(maker, pair, "twin" if experiments[0] == "twin_leads" else "real")
     for number in range(len(experiments)):
         begun = 0.5 + number * (DURATION_S + 1.0)
         maker.samples = [
@@ -205,8 +205,8 @@ def imitate(
     maker.samples = [sample for sample in maker.samples if sample.topic not in pair.without]
 
 
-def _say(maker: BagMaker, pair: Pair) -> None:
-    """Add configuration, a decision, a warning and stamped set points.
+def _say(maker: BagMaker, pair: Pair, leader: str) -> None:
+    """Add configuration, the decision who leads first, a warning and stamped set points.
 
     The set points are received 2 ms after their time.
     """
@@ -218,11 +218,11 @@ def _say(maker: BagMaker, pair: Pair) -> None:
         maker.header(1.0),
         1,
         "IDLE",
-        "real moved",
-        "REAL_LEADS",
-        "real",
+        f"{leader} moved",
+        f"{leader.upper()}_LEADS",
+        leader,
         [],
-        "the real robot moved first",
+        "the real robot moved first" if leader == "real" else "the twin moved first",
         1.0,
         np.nan,
         1e-3,

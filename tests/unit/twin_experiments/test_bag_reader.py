@@ -6,6 +6,7 @@ import shutil
 import struct
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -13,7 +14,7 @@ import rosbag
 from cell_recorder.reading.bag_reader_io import BagError, open_bag
 from cell_recorder.recording.bag_writer_io import BagWriter
 from cell_recorder.recording.recording import RecorderSettings
-from twin_experiments.report.run_reader_io import read_pauses
+from twin_experiments.report.run_reader_io import read_leader, read_pauses
 
 FLOAT64 = {
     "type": "std_msgs/Float64",
@@ -254,6 +255,24 @@ def test_arrivals_are_those_of_all_topics_in_all_parts(
     assert arrivals == [pytest.approx([0.0, 0.02], abs=1e-6), pytest.approx([0.1, 0.11], abs=1e-6)]
     (pause,) = pauses
     assert (pause.start, pause.duration) == pytest.approx((0.02, 0.08), abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("said", "leader"),
+    [
+        (["", "operator", "twin", "real"], "twin"),
+        (["real", "twin"], "real"),
+        (["", "operator"], ""),
+        ([], ""),
+    ],
+)
+def test_who_led_is_the_side_that_is_named_first(said: list[str], leader: str) -> None:
+    """An operator who leads both is no side."""
+    messages = [SimpleNamespace(leader=name) for name in said]
+    bag: Any = SimpleNamespace(
+        merged=lambda topics: ((0.0, topics[0], lambda m=message: m) for message in messages)
+    )
+    assert read_leader(bag) == leader
 
 
 def test_nothing_temporary_is_left(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

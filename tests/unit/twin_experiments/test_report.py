@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
+from harness.imitated_run import Pair, imitate
 from operator_panel.retelling.run_folders_io import list_runs
 from rich.console import Console
 from twin_experiments.metrics.errors import Comparison, Trace, summarize
@@ -406,6 +407,20 @@ def test_a_recording_without_marks_is_one_experiment(make_bag: MakeBag) -> None:
     assert found["path_error_max_mm"] == pytest.approx(marked["path_error_max_mm"], rel=1e-3)
     assert (found["visits"], found["held"]) == ([], [])
     assert "Good: real robot and twin moved as one in the experiment" in page
+
+
+@pytest.mark.usefixtures("without_figures")
+def test_who_led_a_recording_that_begins_in_motion_is_what_the_controller_said(
+    bag_maker: Any, tmp_path: Path
+) -> None:
+    """Both sides move from their first samples to the last: who began is not in them."""
+    maker = bag_maker()
+    imitate(maker, Pair(without=("experiment/marker",)), ("twin_leads",))
+    maker.samples = [
+        each for each in maker.samples if 1.6 < each.at < 1.9 or each.topic.endswith("/decisions")
+    ]
+    (found,) = write(maker.write(tmp_path / "run.bag")).document["experiments"]
+    assert found["leader"] == "twin"
 
 
 @pytest.mark.usefixtures("without_figures")

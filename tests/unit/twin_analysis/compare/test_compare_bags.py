@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 from cell_recorder.reading.bag_reader_io import BagError
+from harness.imitated_run import Pair, imitate
 from harness.workspace import ROOT
 from rich.console import Console
 from scara_config import files_in_force
@@ -109,6 +110,20 @@ def test_a_run_is_compared_experiment_by_experiment(make_bag: MakeBag) -> None:
         for kind in ("paths", "joints", "distance", "along_path")
     )
     assert "Munoz" in (written.folder / "comparison.html").read_text()
+
+
+@pytest.mark.usefixtures("without_figures")
+def test_who_led_a_recording_that_begins_in_motion_is_what_the_controller_said(
+    bag_maker: Any, tmp_path: Path
+) -> None:
+    """Both sides move from their first samples to the last: who began is not in them."""
+    maker = bag_maker()
+    imitate(maker, Pair(without=("experiment/marker",)), ("twin_leads",))
+    maker.samples = [
+        each for each in maker.samples if 1.6 < each.at < 1.9 or each.topic.endswith("/decisions")
+    ]
+    (experiment,) = compare(maker.write(tmp_path / "run.bag")).experiments
+    assert experiment.pairs[0].track.leader == "twin"
 
 
 @pytest.mark.usefixtures("without_figures")

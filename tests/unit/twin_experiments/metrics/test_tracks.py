@@ -112,3 +112,20 @@ def test_whoever_moves_first_leads_and_the_real_robot_where_nobody_is_first(
 
     speeds = np.array([0.1, 0.2])
     assert first_to_move(moves("real", real), moves("twin", twin), speeds) == first
+
+
+@pytest.mark.parametrize("leader", ["real", "twin"])
+@pytest.mark.parametrize(("led", "followed"), [((0, 5), (0, 6)), ((0, 1), (1, 2))])
+def test_whose_sample_came_first_says_nothing_of_a_motion_that_had_begun_before(
+    leader: str, led: tuple[int, ...], followed: tuple[int, ...]
+) -> None:
+    """Whoever moves first after both have rested leads; else who moved while the other rested."""
+
+    def moves(side: str) -> Motion:
+        # The follower's samples come sooner, by 1 ms.
+        rows, shift = (led, 1e-3) if side == leader else (followed, 0.0)
+        speeds = np.zeros((11, 1))
+        speeds[list(rows)] = 0.2
+        return Motion(side, STAMPS + shift, np.zeros((11, 1)), speeds)
+
+    assert first_to_move(moves("real"), moves("twin"), np.array([0.1])) == leader

@@ -18,7 +18,14 @@ from twin_experiments.config import ExperimentsFile, load_experiments
 from twin_experiments.metrics.tracks import Mechanism, Track, first_to_move
 from twin_experiments.report.configuration import ROBOT, choose
 from twin_experiments.report.record import WHOLE, RecordError, Span, cut, find_spans
-from twin_experiments.report.run_reader_io import MARKER, MEASURED, REAL, TWIN, read_configuration
+from twin_experiments.report.run_reader_io import (
+    MARKER,
+    MEASURED,
+    REAL,
+    TWIN,
+    read_configuration,
+    read_leader,
+)
 
 from twin_analysis.compare.joint_topics_io import JointTopic, read_joint_topic
 
@@ -39,12 +46,15 @@ class Opened:
     """One bag read: both sides, experiments, profile and remarks.
 
     ``has_profile`` is False where the profile is this machine's, because the bag holds none.
+    ``leader``: of a recording without marks, the side that the controller named first as the one
+    that leads; empty: it named none.
     """
 
     label: str
     real: JointTopic
     twin: JointTopic
     spans: tuple[Span, ...]
+    leader: str
     robot: Robot
     has_profile: bool
     experiments: ExperimentsFile
@@ -79,6 +89,7 @@ def read_bag(path: Path, label: str, topics: Topics, config_directory: Path | No
             real=sides[0],
             twin=sides[1],
             spans=spans,
+            leader="" if bag.count(MARKER) else read_leader(bag),
             robot=chosen.robot,
             has_profile=ROBOT in recorded,
             experiments=chosen.experiments,
@@ -171,12 +182,13 @@ def tracks_of(
         except RecordError as error:
             lost.append((span.label, f"{opened.label}: {error}"))
             continue
-        # Who led: by the experiment's definition, else who moved first.
+        # Who led: by the experiment's definition, else as the controller said, else by the motion.
         experiment = opened.experiments.experiments.get(span.name)
         if experiment is not None:
             leader: str = experiment.leader
         else:
-            leader = first_to_move(*sides, mechanism.moving_speeds(sides, percent))
+            speeds = mechanism.moving_speeds(sides, percent)
+            leader = opened.leader or first_to_move(*sides, speeds)
         when = (span.start, span.end)
         found.append(Track(opened.label, span.label, leader, *sides, notes, *when, span.finished))
     return found, lost

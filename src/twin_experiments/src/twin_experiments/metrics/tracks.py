@@ -140,9 +140,21 @@ def onset(motion: Motion, speeds: Array) -> float | None:
 
 
 def first_to_move(real: Motion, twin: Motion, speeds: Array) -> str:
-    """Return the side that moved first; the real robot if neither did, or both at once."""
-    begun = onset(real, speeds), onset(twin, speeds)
-    return "twin" if begun[1] is not None and (begun[0] is None or begun[1] < begun[0]) else "real"
+    """Return the side that moved first after both had rested; the real robot if both did at once.
+
+    Where neither ever moved after that, it is the one that moved alone as the time common to both
+    began; else nobody knows, and it is the real robot.
+    """
+    instants = np.union1d(real.stamps, twin.stamps)
+    instants = instants[instants >= max(real.stamps[0], twin.stamps[0])]
+    real_moves, twin_moves = (
+        moving(side.velocities, speeds)[np.searchsorted(side.stamps, instants, side="right") - 1]
+        for side in (real, twin)
+    )
+    rests = ~real_moves & ~twin_moves
+    begins = np.flatnonzero(rests[:-1] & ~rests[1:]) + 1
+    at = begins[0] if len(begins) else 0
+    return "twin" if twin_moves[at] and not real_moves[at] else "real"
 
 
 def travelled(places: Array) -> Array:

@@ -133,16 +133,16 @@ def analyse(
         experiment: Judged
         if span.marked:
             experiment = config.known[span.name]
-        else:  # nobody said who leads: whoever moved first
+        else:  # nobody said who should lead: whoever did, or moved first
             sides = (pick(run.real, columns), pick(run.twin, columns))
-            first = first_to_move(*sides, settings.moving_speeds)
-            experiment = Unmarked(leader="twin" if first == "twin" else "real")
+            leader = run.leader or first_to_move(*sides, settings.moving_speeds)
+            experiment = Unmarked(leader="twin" if leader == "twin" else "real")
         visited = {name: positions[name] for name in experiment.visits}
         result = _analyse_span(run, span, experiment, config, visited, settings, columns, tool)
         if result.motions is not None:
             # The motions are those of real and twin, in this order.
-            leader = result.motions[result.leader == "twin"]
-            percent = float(100.0 * (np.abs(leader.velocities) / largest).max())
+            led = result.motions[result.leader == "twin"]
+            percent = float(100.0 * (np.abs(led.velocities) / largest).max())
             result = replace(result, speed_percent=percent)
         # Pauses first, for they explain needles.
         result = _with_needles(_with_pauses(result, run.pauses, robot.reach_mm), run)

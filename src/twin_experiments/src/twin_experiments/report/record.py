@@ -70,6 +70,8 @@ class Run:
     ``real`` and ``twin`` are in stamp order, columns as ``joint_names``.
     ``clock_half_widths``: times and half widths of the interval that holds the robot's clock [s],
     where the real side is what the robot reads.
+    ``leader``: of a recording without marks, the side that the controller named first as the one
+    that leads; empty: it named none.
     ``missing`` says what of a damaged bag could not be read.
     """
 
@@ -94,6 +96,7 @@ class Run:
     predictions: tuple[Foretold, ...] = ()
     missing: tuple[str, ...] = ()
     clock_half_widths: tuple[Array, Array] | None = None
+    leader: str = ""
 
 
 def whole_span(real: Motion, twin: Motion) -> Span:

@@ -81,6 +81,7 @@ def read_run(bag: Bag, joint_names: list[str]) -> Run:
         pauses=read_pauses(bag),
         predictions=read_predictions(bag),
         clock_half_widths=None if real_topic == REAL else _clock_half_widths(bag, origin),
+        leader="" if markers else read_leader(bag),
     )
     # Only who has read all topics knows what is missing of them.
     return replace(run, missing=tuple(bag.missing))
@@ -95,6 +96,20 @@ def read_pauses(bag: Bag) -> tuple[Pause, ...]:
         # A pause may lie between two parts.
         last = times[-1:] - bag.start if len(times) else last
     return tuple(found)
+
+
+def read_leader(bag: Bag) -> str:
+    """Return the side that a state or decision of the twin controller names first as the leader.
+
+    Empty if none does: an operator who leads is no side.
+
+    Raises:
+        BagError: A message cannot be read.
+    """
+    for _, _, read in bag.merged((STATE, DECISIONS)):
+        if (leader := str(read().leader)) in ("real", "twin"):
+            return leader
+    return ""
 
 
 def seconds_since(stamp: Any, origin: float) -> float:
