@@ -122,6 +122,7 @@ def test_the_page_begins_with_sentences_before_its_figures(written: Written) -> 
         )
     ]
     assert places == sorted(places)
+    assert "Speed is percent of the joint's largest speed" in written.page
     assert "there was never more than 30 ms without any message" in written.page
     assert "true geometry: not known." in written.page
     assert "after both stood still 0.5 s" in written.page

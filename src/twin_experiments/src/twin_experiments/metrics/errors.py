@@ -186,11 +186,12 @@ def trace(real: Motion, twin: Motion, tool: ToolFunction, settings: MetricsSetti
 def find_moves(seen: Trace, leader_tool: Array, settings: MetricsSettings) -> tuple[Move, ...]:
     """Split the trace into moves; give each one's error in percent of the leader's path.
 
-    A hole ends a move. Who moved at its edge went further than is known, and gets no percent.
+    A hole ends a move, and so do the ends of the data. Who moved at such an edge went further than
+    is known, and gets no percent.
     """
     moves = []
     pause, segments = round(MERGE_PAUSE_S * settings.rate_hz), seen.aligned.segments
-    begins, ends = {first for first, _ in segments[1:]}, {last for _, last in segments[:-1]}
+    begins, ends = {first for first, _ in segments}, {last for _, last in segments}
     runs = [run for one in segments for run in _merged(true_runs(seen.moving, (one,)), pause)]
     for first, last in runs:
         # The leader's way: the follower's has its errors in it.
