@@ -11,7 +11,7 @@ from cell_recorder.reading.bag_reader_io import Bag, BagError
 from ruamel.yaml import YAML
 from scara_control.joint_motion import JointMotion
 from scipy.interpolate import CubicHermiteSpline
-from twin_experiments.metrics.series import gaps_between, known_at
+from twin_experiments.metrics.series import SampleGap, gaps_between, known_at
 from twin_experiments.report.run_reader_io import read_configuration
 
 from twin_analysis.fit.offline_twin_io import Packet
@@ -22,6 +22,8 @@ replace = msgspec.structs.replace
 FOLLOW, TRUTH, MEASURED = "joint_pose_controller/follow", "real/ground_truth", "real/joint_states"
 GAP_S = 0.5
 """A stream that pauses for longer begins anew. Our choice."""
+SETTLE_S = 0.3
+"""So long behind a hole of the stream the twin is taken to catch up with it. Our choice."""
 
 
 class Recording(msgspec.Struct, frozen=True):
@@ -76,8 +78,8 @@ def read_recording(bag: Bag, joints: Sequence[str], step: float, longest_gap: fl
         bag: The bag of a run in which the real robot led.
         joints: The twin's joints.
         step: Distance of the instants [s].
-        longest_gap: Packets or positions further apart than this [s] leave a hole, whose instants
-            are left out.
+        longest_gap: Packets or positions further apart than this [s] leave a hole. Its instants are
+            left out, behind one of the packets those of :data:`SETTLE_S` too.
 
     Raises:
         BagError: There is no stream, or the robot's positions are missing, or begin after it, or
@@ -108,10 +110,14 @@ def read_recording(bag: Bag, joints: Sequence[str], step: float, longest_gap: fl
             f"{bag.path}: {topic} is recorded from {spline.x[0]:.2f} to {spline.x[-1]:.2f} s, but "
             f"the twin follows from {begin:.2f} s on: record both from the start"
         )
-    # Through a hole of the packets the twin goes its own way, of the positions nobody knows any.
+    # Through a hole of the packets the twin goes its own way, and then it hurries back: neither
+    # shows how it follows. In a hole of the positions nobody knows any.
     arrived = np.array([packet.arrived for packet in stretch])
     holes = (
-        *gaps_between("twin", arrived, longest_gap),
+        *(
+            SampleGap(gap.side, gap.start, gap.duration + SETTLE_S)
+            for gap in gaps_between("twin", arrived, longest_gap)
+        ),
         *gaps_between("real", spline.x, longest_gap),
     )
     known = inside & known_at(times + begin, holes)
