@@ -54,7 +54,7 @@ def pose(t: float) -> tuple[tuple[float, ...], tuple[float, ...], tuple[float, .
 
 
 PACKETS = [
-    Packet(0.01 * k + 0.001, JointMotion(*pose(0.01 * k), time=0.01 * k)) for k in range(120)
+    Packet(0.01 * k + 0.001, (JointMotion(*pose(0.01 * k), time=0.01 * k),)) for k in range(120)
 ]
 
 
@@ -65,6 +65,14 @@ def tool_path(model: TwinModel) -> FloatArray:
         model, PACKETS, COMPUTED.delay if model.feed_forward else 0.0, pose(0.0)[0], DURATION
     )
     return tool_positions(ScrewModel.from_robot(ROBOT), joints[:, :3])
+
+
+def test_a_packet_leads_the_twin_along_all_its_set_points() -> None:
+    """Half a period of the motion, in one packet."""
+    twin = OfflineTwin(ROBOT, SIMULATION, ROBOT.description)
+    way = tuple(JointMotion(*pose(0.01 * k), time=0.01 * k) for k in range(41))
+    times, joints = twin.run(COMPUTED, [Packet(0.0, way)], COMPUTED.delay, pose(0.0)[0], 0.41)
+    assert joints[-1] == pytest.approx(np.array(pose(float(times[-1]))[0]), abs=0.01)
 
 
 def test_the_zero_vector_is_the_start() -> None:

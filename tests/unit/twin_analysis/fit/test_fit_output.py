@@ -101,6 +101,19 @@ def test_instants_in_a_hole_are_not_fitted(tmp_path: Path, topic: str, settles: 
     assert found.times[0] == 0.0 and found.times[-1] > 0.95
 
 
+def test_a_packet_has_all_its_set_points_at_their_times(tmp_path: Path) -> None:
+    """The twin that was recorded had them: by the first alone it would run on otherwise."""
+    names, ahead = ["joint_1", "joint_2"], (0.0, 0.02, 0.1)
+    bag = recorded_of(names, names, tmp_path / "run.bag", 0.98, ahead=ahead)
+    with open_bag(bag) as opened:
+        found = read_recording(opened, names, 0.005, 0.05)
+    last = found.packets[-1].motions
+    stamp = last[0].time
+    assert stamp == pytest.approx(0.49, abs=2e-4)
+    assert [motion.time - stamp for motion in last] == pytest.approx(ahead)
+    assert [motion.q for motion in last] == [(at, at) for at in ahead]
+
+
 def test_positions_with_a_hole_where_the_stream_begins_are_no_recording(tmp_path: Path) -> None:
     """Nobody knows from where the twin has to set out."""
     names = ["joint_1", "joint_2"]

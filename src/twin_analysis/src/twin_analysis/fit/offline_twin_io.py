@@ -24,10 +24,10 @@ SNAPSHOT_STEPS = 5
 
 
 class Packet(msgspec.Struct, frozen=True):
-    """One set point of the stream: when it arrived [s], and the twin's joints when it was true."""
+    """One packet of the stream: when it arrived [s], and its set points, each with its time [s]."""
 
     arrived: float
-    motion: JointMotion
+    motions: tuple[JointMotion, ...]
 
 
 class OfflineTwin:
@@ -103,13 +103,13 @@ class OfflineTwin:
         return np.array(times), np.array(positions)
 
     def _track(self, packet: Packet, shift: float) -> JointTrack:
-        """Return the set points of one packet, with its stamp moved by ``shift`` [s]."""
-        motion = packet.motion
+        """Return the set points of one packet, moved by ``shift`` [s]."""
+        motions = packet.motions
         return JointTrack(
-            [motion.time + shift],
-            [motion.q],
-            [motion.qdot],
-            [motion.qddot],
+            [motion.time + shift for motion in motions],
+            [motion.q for motion in motions],
+            [motion.qdot for motion in motions],
+            [motion.qddot for motion in motions],
             extrapolation_limit=self._config.extrapolation_limit_ms * 1e-3,
             stop_accelerations=[joint.acceleration for joint in self._robot.twin_joints],
         )

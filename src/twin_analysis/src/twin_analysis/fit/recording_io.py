@@ -130,7 +130,8 @@ def read_recording(bag: Bag, joints: Sequence[str], step: float, longest_gap: fl
     real = spline(times + begin)
     moved = tuple(float(value) for value in np.ptp(real, axis=0))
     shifted = tuple(
-        Packet(p.arrived - begin, replace(p.motion, time=p.motion.time - begin)) for p in stretch
+        Packet(p.arrived - begin, tuple(replace(m, time=m.time - begin) for m in p.motions))
+        for p in stretch
     )
     return Recording(shifted, _delay(bag), truth, times, real, moved)
 
@@ -167,12 +168,16 @@ def _packet(
     order = _columns(bag, FOLLOW, message.joint_names, joints)
     stamp = message.header.stamp
     # Whole seconds first: a double of the seconds since 1970 resolves 0.2 us at best.
-    true_at = (stamp.sec - int(origin)) + stamp.nanosec * 1e-9 - (origin - int(origin))
-    q, qdot, qddot = (
-        tuple(float(values[k]) for k in order)
-        for values in (points[0].positions, points[0].velocities, points[0].accelerations)
-    )
-    return Packet(at - origin, JointMotion(q, qdot, qddot, true_at))
+    stamped = (stamp.sec - int(origin)) + stamp.nanosec * 1e-9 - (origin - int(origin))
+    motions = []
+    for point in points:
+        q, qdot, qddot = (
+            tuple(float(values[k]) for k in order)
+            for values in (point.positions, point.velocities, point.accelerations)
+        )
+        after = point.time_from_start
+        motions.append(JointMotion(q, qdot, qddot, stamped + after.sec + after.nanosec * 1e-9))
+    return Packet(at - origin, tuple(motions))
 
 
 def _longest(packets: Sequence[Packet]) -> list[Packet]:
