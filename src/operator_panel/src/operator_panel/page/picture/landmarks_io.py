@@ -125,8 +125,11 @@ def reach_radii(robot: Robot) -> list[float]:
     radii = [robot.reach_mm * 1e-3]
     if robot.geometry is not None and (elbow := elbow_of(robot)) is not None:
         first, second = robot.geometry.l1_mm * 1e-3, robot.geometry.l2_mm * 1e-3
-        bend = min(abs(elbow.bend(end)) for end in (elbow.joint.lower, elbow.joint.upper))
-        radii.append(math.sqrt(first**2 + second**2 + 2.0 * first * second * math.cos(bend)))
+        ends = (elbow.joint.lower, elbow.joint.upper)
+        least, most = sorted(elbow.sign * end + elbow.zero for end in ends)
+        folds = any(n % 2 for n in range(*(math.ceil(bend / math.pi) for bend in (least, most))))
+        nearest = -1.0 if folds else min(math.cos(least), math.cos(most))
+        radii.append(math.sqrt(first**2 + second**2 + 2.0 * first * second * nearest))
     return radii
 
 
