@@ -285,6 +285,19 @@ def test_program_and_alarm_blocks_become_text() -> None:
     assert CODEC.decode_alarm(alarm) == AlarmStatus(11, 37, "", "ABC", "")
 
 
+@pytest.mark.parametrize(("number", "severity"), [(0, ""), (1, "WARN"), (4, "SERVO"), (7, "")])
+def test_an_alarm_whose_severity_is_told_as_a_number_has_its_word(
+    number: int, severity: str
+) -> None:
+    """A map may have no register for the word: without one a warning would count as a stop."""
+    held = dict(LAYOUT.holding_registers)
+    del held["alarm_severity_text"]
+    codec = RegisterCodec(msgspec.structs.replace(LAYOUT, holding_registers=held), ROBOT)
+    words = [11, 37, *[0] * (codec.alarm.count - 2)]
+    words[held["alarm_severity"].address - held["alarm_id"].address] = number
+    assert codec.decode_alarm(words).severity == severity
+
+
 @pytest.mark.parametrize(
     ("decode", "words", "text"),
     [

@@ -41,6 +41,8 @@ from twin_controller.robot_sample import (
     WatchdogState,
 )
 
+SEVERITIES = ("", "WARN", "PAUSE", "STOP", "SERVO", "ABORT", "SYSTEM")
+"""Of alarms, by their numbers: the controller's own table (docs/sources.md)."""
 TOLERANCE = 0.001
 """How far outside its range a position may be read, as a fraction of the range. Our choice."""
 
@@ -201,10 +203,14 @@ class RegisterCodec:
             SampleError: Wrong number of words.
         """
         self._expect(self.alarm, words)
+        severity = self._text("alarm_severity_text", words, self.alarm)
+        if not severity and "alarm_severity" in self._registers:
+            number = self._number("alarm_severity", words, self.alarm)
+            severity = SEVERITIES[number] if 0 <= number < len(SEVERITIES) else ""
         return AlarmStatus(
             facility=self._number("alarm_id", words, self.alarm),
             number=self._number("alarm_number", words, self.alarm),
-            severity=self._text("alarm_severity_text", words, self.alarm),
+            severity=severity,
             message=self._text("alarm_message", words, self.alarm),
             cause=self._text("alarm_cause", words, self.alarm),
         )
