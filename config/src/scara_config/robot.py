@@ -181,7 +181,7 @@ class Robot(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         """Return why the robot at ``address`` is never led, and what to do; empty: it may be."""
         if not self.lead:
             return f"{LEAD_IS_FALSE}: nothing is ever written to the robot"
-        return self.stopping.only_followed(address)
+        return self.stopping.only_followed(address, self.name)
 
     @property
     def description(self) -> Path:

@@ -17,7 +17,11 @@ ALLOCATED: dict[str, tuple[Means, ...]] = {
     "none": (),
 }
 """Which of them an allocation of the user operator panel has."""
-_TRY = "try: rosrun robot_doctor doctor --stops (docs/operating/real_robot.md)"
+
+
+def stops_command(robot: str) -> str:
+    """Return what to type to try what stops a robot, by the name of its folder."""
+    return f"rosrun robot_doctor doctor --robot {robot} --stops"
 
 
 class Stopping(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
@@ -46,8 +50,13 @@ class Stopping(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
         """Whether the outputs tell what its program and its drives do."""
         return self.uop == "full"
 
-    def only_followed(self, address: str) -> str:
-        """Return why the robot at ``address`` is never led, and what to do; empty: it may be."""
+    def only_followed(self, address: str, robot: str) -> str:
+        """Return why a robot is never led, and what to do; empty: it may be.
+
+        Args:
+            address: Where it is.
+            robot: Its name.
+        """
         if self.uop == "none":
             why = "no signal reaches the robot: allocate them on its screen I/O > UOP"
             return f"robot.yaml: stopping.uop is none: {why}"
@@ -55,7 +64,9 @@ class Stopping(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
             why = "no RSR starts its stream program: allocate all signals on its screen I/O > UOP"
             return f"robot.yaml: stopping.uop is simple: {why}"
         if address not in self.tried.values():
-            return f"robot.yaml: stopping.tried names nothing that stopped {address}: {_TRY}"
+            why = f"stopping.tried names nothing that stopped {address}"
+            how = f"try: {stops_command(robot)} (docs/operating/real_robot.md)"
+            return f"robot.yaml: {why}: {how}"
         return ""
 
     def faults(self) -> Iterator[str]:

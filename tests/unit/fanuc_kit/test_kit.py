@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -81,6 +82,16 @@ def test_a_map_that_somebody_has_mended_is_not_written_over(tmp_path: Path) -> N
     link.symlink_to(tmp_path / "none")
     assert made(other)[0] == 0 and link.read_text() == text
     assert not link.is_symlink() and not (tmp_path / "none").exists()
+
+
+def test_each_command_of_a_sheet_names_the_robot(tmp_path: Path) -> None:
+    """Without the name it would read and write what is fanuc_sr6ia's."""
+    done = CliRunner().invoke(make, ["fanuc_sr3ia", "--out", str(tmp_path)])
+    assert done.exit_code == 0, done.output
+    sheets = "".join(path.read_text() for path in tmp_path.glob("*.md"))
+    told = re.findall(r"rosrun (?:fanuc_kit|robot_doctor) [^`]*", sheets)
+    assert {command.split()[1] for command in told} == {"fanuc_kit", "robot_doctor"}
+    assert [command for command in told if "--robot fanuc_sr3ia" not in command] == []
 
 
 def test_the_kit_has_a_page_for_each_thing_to_do(tmp_path: Path) -> None:
@@ -425,6 +436,10 @@ def test_robot_or_file_that_tells_no_frames_is_named(tmp_path: Path) -> None:
             ((str(other),), "system.va: tells no frames"),
             ((str(other), "none.va"), "none.va: there is no such file"),
             (("127.0.0.1", "--port", str(free_port())), "127.0.0.1"),
+            (
+                ("127.0.0.1", "--port", str(port), "--robot", "fanuc_sr3ia"),
+                "`rosrun fanuc_kit write 127.0.0.1 --robot fanuc_sr3ia`",
+            ),
         ):
             done = CliRunner().invoke(frames, list(words))
             assert done.exit_code == 2 and why in done.output

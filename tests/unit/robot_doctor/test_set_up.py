@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -15,7 +16,7 @@ from robot_doctor.finding import Finding, Level
 from robot_doctor.profile_files_io import read_profile
 from robot_doctor.set_up_checks import _position
 from scara_config.frames import NO_FRAMES, FrameTable, TaughtFrame, find_frames
-from scara_config.profile import DEFAULT_PLANT
+from scara_config.profile import CHOICE, DEFAULT_PLANT
 from scara_config.set_up.kit_map import kit_map
 from scara_config.set_up.settings import SETTINGS, setting
 from scara_config.set_up.slots import FRAMES, slot_table
@@ -152,10 +153,24 @@ def test_what_the_kits_map_cannot_show_of_the_programs_is_told(programs: str) ->
         found = list(_robot(PROFILE, layout, CONTROLLER, ("127.0.0.1", port), move=False))
     assert [finding for finding in found if finding.level is Level.WRONG] == []
     (told,) = [finding for finding in found if "BGTWIN runs cannot be seen" in finding.what]
-    assert told.level is Level.NOTE and "doctor --stops" in told.advice
+    assert told.level is Level.NOTE and "--stops tries both" in told.advice
     assert "BG Logic" in told.advice
     texts = [finding.what for finding in found]
     assert "the controller is set up as the kit says" not in texts
+
+
+def test_each_command_that_is_told_names_the_robot(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without the name it would read and write what is fanuc_sr6ia's."""
+    layout = kit_map(LAYOUT)
+    config = load_emulator(ROBOT, CONFIG, DEFAULT_PLANT, READY)
+    other = FrameTable({"uframe_9": TaughtFrame("box", (1.0, 2.0, 3.0))}, {})
+    with running(config, layout=layout, settings=config.settings) as (port, *_):
+        monkeypatch.setenv(CHOICE, "mine")
+        found = list(_robot(PROFILE, layout, CONTROLLER, ("127.0.0.1", port), False, other))
+    advice = "\n".join(finding.advice for finding in found)
+    told = re.findall(r"rosrun (?:fanuc_kit|robot_doctor) [^`;\n]*", advice)
+    assert {command.split()[1] for command in told} == {"fanuc_kit", "robot_doctor"}
+    assert [command for command in told if "--robot mine" not in command] == []
 
 
 def test_a_missing_slot_of_the_mode_switch_is_named() -> None:

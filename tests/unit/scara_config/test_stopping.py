@@ -26,17 +26,18 @@ def test_a_shipped_profile_leads_its_stand_in_and_no_other_robot(
 ) -> None:
     """Nobody has connected a real one."""
     monkeypatch.setenv("SCARA_ROBOT", name)
-    stopping = load_robot(ROOT / "config").stopping
-    assert stopping.only_followed(HERE) == ""
-    said = stopping.only_followed(ELSEWHERE)
+    robot = load_robot(ROOT / "config")
+    assert robot.only_followed(HERE) == ""
+    said = robot.only_followed(ELSEWHERE)
     assert said.startswith(f"robot.yaml: stopping.tried names nothing that stopped {ELSEWHERE}: ")
+    assert f"rosrun robot_doctor doctor --robot {name} --stops" in said
 
 
 @pytest.mark.parametrize("means", ["hold", "cstopi", "imstp"])
 def test_one_means_that_was_tried_is_enough(means: Any) -> None:
     """Whatever it is, it was seen to stop this robot."""
     stopping = Stopping(**stops(tried={means: ELSEWHERE}))
-    assert stopping.only_followed(ELSEWHERE) == ""
+    assert stopping.only_followed(ELSEWHERE, "mine") == ""
     assert stopping.cuts_drives(ELSEWHERE) == (means == "imstp")
     assert not stopping.cuts_drives(HERE)  # another address is another robot
 
@@ -48,7 +49,7 @@ def test_one_means_that_was_tried_is_enough(means: Any) -> None:
 def test_a_robot_without_all_signals_is_only_followed(uop: Any, said: str) -> None:
     """The text names the key and the robot's own screen."""
     tried = dict.fromkeys(ALLOCATED[uop], HERE)
-    why = Stopping(**stops(uop=uop, tried=tried)).only_followed(HERE)
+    why = Stopping(**stops(uop=uop, tried=tried)).only_followed(HERE, "mine")
     assert why.startswith(f"robot.yaml: stopping.uop is {uop}: {said}") and "I/O > UOP" in why
 
 

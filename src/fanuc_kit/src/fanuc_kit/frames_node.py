@@ -25,7 +25,7 @@ from scara_config.frames import (
 )
 from scara_config.loader import load_text
 from scara_config.modbus_map import load_modbus_map
-from scara_config.profile import PROGRAM_ENDING
+from scara_config.profile import PROGRAM_ENDING, chosen_robot
 from scara_config.programs.frame_remarks import told_frames
 from scara_config.programs.tp.reader import read
 from scara_config.set_up.slots import FRAMES, frames_of
@@ -129,7 +129,7 @@ def _asked(host: str, port: int, unit: int) -> Numbered:
         names = ", ".join(f"{slot.name} at {slot.address}" for slot in FRAMES.values())
         raise ConfigError(
             f"{host}: all frames read 0: nobody has set one, or the slots {names} are not there: "
-            f"`rosrun fanuc_kit write {host}`"
+            f"`rosrun fanuc_kit write {host} --robot {chosen_robot()}`"
         )
     return frames_of(words)
 

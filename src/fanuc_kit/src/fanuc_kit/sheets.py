@@ -24,8 +24,14 @@ _NO_SAFETY = (
 def sheets_of(robot: Robot, layout: ModbusMap) -> list[Sheet]:
     """Return all sheets, in the order in which they are used; fewer for who only follows."""
     if not robot.lead:
-        return [_settings(robot), _slots(layout), _acceptance(robot)]
-    return [_settings(robot), _slots(layout), _signals(layout), _programs(), _acceptance(robot)]
+        return [_settings(robot), _slots(robot, layout), _acceptance(robot)]
+    return [
+        _settings(robot),
+        _slots(robot, layout),
+        _signals(layout),
+        _programs(),
+        _acceptance(robot),
+    ]
 
 
 def _settings(robot: Robot) -> Sheet:
@@ -47,7 +53,7 @@ def _settings(robot: Robot) -> Sheet:
     )
 
 
-def _slots(layout: ModbusMap) -> Sheet:
+def _slots(robot: Robot, layout: ModbusMap) -> Sheet:
     table = slot_table(layout)
     rows = tuple(
         (str(at), str(slot.address), str(slot.size), slot.name, f"{slot.multiply:g}")
@@ -60,8 +66,9 @@ def _slots(layout: ModbusMap) -> Sheet:
         (
             SheetText(
                 f"Slot 1 is as delivered: leave it. Type slots {LAST_OWN + 1} to "
-                f"{LAST_OWN + len(WAY_IN)}; `rosrun fanuc_kit write ADDRESS` writes "
-                "the others through them, and reads all back. Or type them all."
+                f"{LAST_OWN + len(WAY_IN)}; `rosrun fanuc_kit write ADDRESS --robot "
+                f"{robot.name}` writes the others through them, and reads all back. Or type "
+                "them all."
             ),
             SheetTable(("slot", "$ADDRESS", "$SIZE", "$VAR_NAME", "$MULTIPLY"), rows),
         ),

@@ -12,9 +12,11 @@ import msgspec
 from scara_config.frames import FILE, NO_FRAMES, FrameTable, Kind, frame_differences
 from scara_config.loader import ConfigError
 from scara_config.modbus_map import ModbusMap
+from scara_config.profile import chosen_robot
 from scara_config.set_up.kit_programs import STREAM, WATCH
 from scara_config.set_up.settings import TOOL_NUMBER, Setting, Watched, setting, watched_of
 from scara_config.set_up.slots import FRAMES, WATCHED, Assignment, frames_of, own_slots, slot_table
+from scara_config.stopping import stops_command
 
 from robot_doctor.finding import Finding, Group, Level, fine, note
 
@@ -80,7 +82,7 @@ def check_set_up(
         yield note(
             Group.LINKS,
             f"whether {STREAM} is there and {WATCH} runs cannot be seen from here",
-            f"{setting('programs').advice}; doctor --stops tries both",
+            f"{setting('programs').advice}; {stops_command(chosen_robot())} tries both",
         )
     if found.served and watched.there:
         yield from _frames(found.frames, taught)
@@ -104,7 +106,8 @@ def _frames(words: Mapping[Kind, Words], taught: FrameTable) -> Iterator[Finding
         yield note(Group.LINKS, str(error), f"{setting('slots').advice}")
         return
     for line in frame_differences(theirs, taught, "robot"):
-        advice = f"`rosrun fanuc_kit frames ADDRESS --save` takes the robot's, {menu} ours"
+        save = f"rosrun fanuc_kit frames ADDRESS --save --robot {chosen_robot()}"
+        advice = f"`{save}` takes the robot's, {menu} ours"
         yield note(Group.LINKS, line, advice)
 
 
