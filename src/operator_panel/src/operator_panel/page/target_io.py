@@ -65,7 +65,7 @@ class _TargetForm:
         with ui.element("div").classes("target-picks"):
             for name, position in view.around.positions.items():
                 texts = [f"{value * 1e3:g}" for value in position]
-                pick = push_button(name, partial(self._fill, texts)).mark(f"pick-{name.lower()}")
+                pick = push_button(name, partial(self._pick, texts)).mark(f"pick-{name.lower()}")
                 pick.set_enabled(view.is_operator)
             push_button("Clear", self._clear).mark("target-clear")
         with ui.element("div").classes("row-line"):
@@ -127,6 +127,11 @@ class _TargetForm:
     def _fill(self, texts: Sequence[str]) -> None:
         for field, text in zip(self._fields.values(), texts, strict=True):
             field.set_value(text)
+
+    def _pick(self, texts: Sequence[str]) -> None:
+        # The robot's positions are told in its base: another frame would lead both elsewhere.
+        self._frame.set_value("")
+        self._fill(texts)
 
     def _clear(self) -> None:
         self._fill(("",) * len(AXES))
