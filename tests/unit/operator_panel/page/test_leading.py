@@ -8,16 +8,19 @@ import math
 import time
 from collections.abc import Awaitable, Callable
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import msgspec
 import pytest
 from harness.workspace import ROOT
+from operator_panel.control import desk_io
 from operator_panel.control.authority import Role
 from operator_panel.control.desk_io import PageDesk
 from operator_panel.control.jog import DeadMan
 from operator_panel.door import Answer
 from operator_panel.page.view_io import PageView
+from operator_panel.page.work import leading_io
 from operator_panel.page.work.leading_io import SEEN_S, Leading, _by_line
 from operator_panel.teach import draft as teach
 from operator_panel.teach.draft import TeachError
@@ -315,6 +318,27 @@ def test_paused_run_goes_on_when_the_pair_does(scene: Scene) -> None:
     scene.cell.happens = pause
     assert scene.run() == "TAUGHT has ended."
     assert len(scene.cell.sent) == 3 and len(paused) == 5
+
+
+def test_run_keeps_control_through_a_wait_of_any_length(
+    scene: Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A page that is idle for so long lets go: the program would end in its middle."""
+    clock: Any = SimpleNamespace(now=time.monotonic())
+    clock.monotonic = lambda: clock.now
+    signs: list[asyncio.Task[None]] = []
+
+    def pass_a_second(cell: Cell) -> None:
+        if cell.mode == "IDLE":
+            clock.now += 1.0
+            signs.append(asyncio.create_task(scene.desk.give_signs()))
+
+    for module in (desk_io, leading_io):
+        monkeypatch.setattr(module, "time", clock)
+    scene.cell.happens = pass_a_second
+    scene.teach(teach.waiting(scene.lesson.draft, ROBOT, 3, LET_GO_S + 10.0))
+    assert scene.run() == "TAUGHT has ended."
+    assert scene.cell.holder == scene.desk.name_of("a")
 
 
 def test_run_waits_for_the_gripper_that_it_switches(scene: Scene) -> None:

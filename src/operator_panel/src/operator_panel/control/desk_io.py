@@ -46,7 +46,7 @@ class Session:
         tab: Id of the browser tab; stays when the page is loaded again.
         there: Whether its live connection is open.
         seen: When it was opened or lost.
-        commanded: When it has commanded last, or taken control, or its motion still ran.
+        commanded: When it has commanded last, or taken control, or its motion or draft still ran.
         holds: It held control at the last look.
         jogged: When a jog button of it was held last.
         moves: The twin controller knows that this page moves the twin.

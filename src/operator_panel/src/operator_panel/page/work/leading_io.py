@@ -259,7 +259,7 @@ class Leading:
             await self._next_look()
 
     def _mine(self, walk: Walk) -> CellState:
-        """Return the state while this page is there and in control.
+        """Return the state while this page is there and in control; by that it keeps control.
 
         Raises:
             TeachError: It is not.
@@ -270,6 +270,8 @@ class Leading:
             raise TeachError(f"{walk.text}: the page has gone")
         if state is None or state.holder != session.name:
             raise TeachError(f"{walk.text}: this page is not in control any more")
+        # A run that waits is no idle page: both robots stand still for as long as its WAIT says.
+        known.commanded = time.monotonic()
         return state
 
     async def _next_look(self) -> None:
