@@ -231,7 +231,7 @@ def _snapshot(
 ) -> Snapshot:
     joints = zip(robot.twin_joints, state.twin_position, strict=True)
     loops = {
-        joint.name: Loop(place * joint.scale, place * joint.scale, 0.0, 3.0)
+        joint.name: Loop(place * joint.scale, place * joint.scale, 0.0, 3.0, math.inf)
         for joint, place in joints
     }
     return Snapshot(

@@ -53,7 +53,8 @@ def test_tool_step_goes_one_length_along_its_axis(axis: str, frame: str) -> None
 def test_positions_are_those_of_the_loops_else_the_rounded_ones() -> None:
     """A step of 0.1 mm is less than the rounding at the tool."""
     state = CellState("IDLE", name=NAMES, twin_position=(17.19, 40.11, -100.0, 28.65))
-    loops = {"joint_1": Loop(0.3, 0.300012, 0.0, 0.0), "joint_2": Loop(0.7, math.nan, 0.0, 0.0)}
+    told = (("joint_1", 0.3, 0.300012), ("joint_2", 0.7, math.nan))
+    loops = {name: Loop(wanted, measured, 0.0, 0.0, 0.0) for name, wanted, measured in told}
     found = positions_now(ROBOT, Snapshot(state=state, loops=loops))
     assert found["joint_1"] == 0.300012
     assert found["joint_2"] == pytest.approx(math.radians(40.11))
@@ -63,7 +64,7 @@ def test_positions_are_those_of_the_loops_else_the_rounded_ones() -> None:
 def test_position_of_a_loop_that_a_jog_has_opened_is_old() -> None:
     """A step after a jog would lead back to where the jog began."""
     state = CellState("IDLE", name=NAMES, twin_position=(30.0, 40.11, -100.0, 28.65))
-    loops = {"joint_1": Loop(0.3, 0.3, 0.0, 0.0)}
+    loops = {"joint_1": Loop(0.3, 0.3, 0.0, 0.0, 0.0)}
     found = positions_now(ROBOT, Snapshot(state=state, loops=loops))
     assert found["joint_1"] == pytest.approx(math.radians(30.0))
 

@@ -208,12 +208,21 @@ def test_silent_controller_is_said_with_its_time_and_stops_the_charts() -> None:
 def test_points_are_in_the_joints_unit_and_its_effort() -> None:
     """Set point, measured and error of the PID loop come in SI."""
     loops = {
-        "joint_1": Loop(math.pi, math.pi / 2, math.pi / 2, 12.5),
-        "joint_3": Loop(-0.1, math.nan, 0.001, 1.0),
+        "joint_1": Loop(math.pi, math.pi / 2, math.pi / 2, 12.5, NOW),
+        "joint_3": Loop(-0.1, math.nan, 0.001, 1.0, NOW),
     }
     point = frame_of(loops=loops)["point"]
     assert point["joint_1"] == [90.0, 89.5, 180.0, 90.0, 90.0, 12.5]
     assert point["joint_3"] == [-10.0, -10.0, -100.0, None, 1.0, 1.0]
+    assert point["joint_2"] == [0.0, 0.0, None, None, None, None]
+
+
+def test_loop_that_says_nothing_is_a_gap_in_its_chart() -> None:
+    """A jog opens it, or the simulator has died: what it said last is not of now."""
+    heard = {"joint_1": NOW - 0.5, "joint_2": NOW - 0.7}
+    loops = {name: Loop(0.0, 0.0, 0.0, 1.0, received) for name, received in heard.items()}
+    point = frame_of(loops=loops)["point"]
+    assert point["joint_1"] == [90.0, 89.5, 0.0, 0.0, 0.0, 1.0]
     assert point["joint_2"] == [0.0, 0.0, None, None, None, None]
 
 

@@ -59,7 +59,7 @@ class Listening:
             self._listen(
                 f"twin/{joint}_position_controller/state",
                 JointControllerState,
-                self._seldom(partial(self._take, taking.with_loop, joint)),
+                self._seldom(partial(self._loop, joint)),
             )
         self._listen("robot_status", RobotStatusMessage, self._seldom(self._status))
         for side in ("twin", "real"):
@@ -113,6 +113,9 @@ class Listening:
 
     def _package(self, message: RobotData) -> None:
         self._take(taking.with_package, message)
+
+    def _loop(self, joint: str, message: JointControllerState) -> None:
+        self._take(taking.with_loop, joint, message, time.monotonic())
 
     def _jog(self, message: String) -> None:
         self._change(jog=message.data)

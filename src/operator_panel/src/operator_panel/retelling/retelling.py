@@ -25,7 +25,7 @@ Take = Callable[[Snapshot, Any, float, str], Snapshot]
 NEWEST: dict[str, Take] = {
     "twin_controller/state": taking.with_state,
     "real/robot_data": lambda known, said, *_: taking.with_package(known, said),
-    "twin/joint_states": lambda known, said, *_: taking.with_joint_states(known, said),
+    "twin/joint_states": lambda known, said, at, _: taking.with_joint_states(known, said, at),
     "joint_vel_controller/state": lambda known, said, *_: replace(known, jog=said.data),
     "what_if/outcomes": lambda known, said, *_: taking.with_outcome(known, said),
     "twin/parts": lambda known, said, *_: taking.with_parts(known, "twin", said),

@@ -74,20 +74,20 @@ def with_package(snapshot: Snapshot, message: Any) -> Snapshot:
     return msgspec.structs.replace(snapshot, package=package)
 
 
-def with_loop(snapshot: Snapshot, joint: str, message: Any) -> Snapshot:
-    """Take a JointControllerState of a joint."""
-    loop = Loop(message.set_point, message.process_value, message.error, message.command)
+def with_loop(snapshot: Snapshot, joint: str, message: Any, now: float) -> Snapshot:
+    """Take a JointControllerState of a joint that came at ``now`` [s]."""
+    loop = Loop(message.set_point, message.process_value, message.error, message.command, now)
     return msgspec.structs.replace(snapshot, loops={**snapshot.loops, joint: loop})
 
 
-def with_joint_states(snapshot: Snapshot, message: Any) -> Snapshot:
-    """Take a JointState of the twin: what its loops measure, and their efforts.
+def with_joint_states(snapshot: Snapshot, message: Any, now: float) -> Snapshot:
+    """Take a JointState of the twin at ``now`` [s]: what its loops measure, and their efforts.
 
     Set points and errors are not in it.
     """
     rows = zip(message.name, message.position, message.effort, strict=False)
     loops = {
-        name: Loop(math.nan, float(position), math.nan, float(effort))
+        name: Loop(math.nan, float(position), math.nan, float(effort), now)
         for name, position, effort in rows
     }
     return msgspec.structs.replace(snapshot, loops={**snapshot.loops, **loops})

@@ -99,7 +99,7 @@ class FrameMaker:
         Args:
             robot: The joints.
             model: Their places.
-            silent_s: The twin controller is silent after so long [s].
+            silent_s: The twin controller, or a PID loop, is silent after so long [s].
             alarm_mm: So far apart the tools raise an alarm, while a side leads and at rest.
         """
         self._alarm_mm = alarm_mm
@@ -168,7 +168,13 @@ class FrameMaker:
         state = snapshot.state
         if state is None or self._is_silent(snapshot, now):
             return {}
-        points = {name: self._point(state, snapshot.loops, name) for name in self._joints}
+        # A jog opens the position loops, and what they said before it is not of now.
+        loops = {
+            name: loop
+            for name, loop in snapshot.loops.items()
+            if now - loop.received <= self._silent_s
+        }
+        points = {name: self._point(state, loops, name) for name in self._joints}
         points[PAIR] = tuple(
             _finite(one.read(state), one.digits) for one in PAIR_QUANTITIES.values()
         )

@@ -51,12 +51,13 @@ class RobotStatus(struct_of(RobotStatusMessage)):  # type: ignore[misc]
 
 
 class Loop(msgspec.Struct, frozen=True):
-    """A PID loop as in control_msgs/JointControllerState, SI."""
+    """A PID loop as in control_msgs/JointControllerState, SI; ``received`` is monotonic [s]."""
 
     set_point: float
     process_value: float
     error: float
     command: float
+    received: float
 
 
 class Made(struct_of(MotionOutcome)):  # type: ignore[misc]
