@@ -110,7 +110,8 @@ function start() {
   const timeLine = new TimeLine({
     show: (look) => {
       texts.showPast(look.frame);
-      scene.show({ pose: look.frame.pose }); // without the tools: trails are of now
+      const { pose, people } = look.frame;
+      scene.show({ pose, people }); // without the tools: trails are of now
       scene.showParts(look.parts);
       charts.hold(look.rows);
       events.mark(look.at, look.events);

@@ -9,6 +9,7 @@ const EDGE_ANGLE_DEG = 30;
 const PART_EDGES = 32;
 const PERSON = { radius: 0.25, low: -0.4, high: 1.3, place: 0.05 }; // m: a body on the floor, and what was seen
 const SEEN = 3e-4; // rad or m: less is no change of the picture, a resting encoder's noise least of all
+const SIDES = ["twin", "real"];
 
 export class Scene {
   constructor(told) {
@@ -47,7 +48,7 @@ export class Scene {
     this.fit();
     this.finish();
     if (this.waiting) this.putParts(this.waiting);
-    for (const [side, pose] of Object.entries(frame.pose || {})) this.place(side, pose);
+    for (const side of SIDES) this.putRobot(side, frame.pose?.[side]);
     this.trace(frame.tool || {});
     this.putPeople(frame.people || []);
   }
@@ -59,6 +60,17 @@ export class Scene {
     document.querySelector("[data-still]").textContent =
       "A still picture: this browser has no WebGL, so it cannot draw the robots. All numbers are live. " +
       "Turn hardware acceleration on in the browser's settings, or choose Camera.";
+  }
+
+  // A side that is not known is nowhere in the picture: where it stood before is not of this moment.
+  putRobot(side, pose) {
+    if (pose) this.place(side, pose);
+    for (const { id } of Object.values(this.told.joints[side])) {
+      const group = this.mesh(id);
+      if (!group || group.visible === Boolean(pose)) continue;
+      group.visible = Boolean(pose);
+      this.pace.change();
+    }
   }
 
   place(side, pose) {

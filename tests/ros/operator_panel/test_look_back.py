@@ -10,7 +10,7 @@ from datetime import datetime
 
 import pytest
 from harness.page import recorded
-from harness.page.theatre import SLOW_MS, TOKEN, Theatre, at_sizes, kept_theatre
+from harness.page.theatre import SLOW_MS, TOKEN, Theatre, at_sizes, kept_theatre, until
 from harness.wires.browser import LOAD_MS
 from harness.workspace import ROOT
 from playwright.sync_api import expect
@@ -27,6 +27,13 @@ POSE = "() => window.panel.scene.poses.twin?.joint_1"
 CHART = """() => getElement(window.PANEL.charts.motion).chart.getOption().series
     .find(({ id }) => id === "real").data.at(-1)?.[1]"""
 
+# Which robots stand in the picture, and how many people.
+SHOWN_THERE = """(wanted) => {
+    const { scene } = window.panel;
+    const isShown = ({ id }) => scene.mesh(id)?.visible;
+    const stands = (side) => Object.values(scene.told.joints[side]).every(isShown);
+    return `${["real", "twin"].filter(stands)} ${scene.people.bodies.length}` === wanted;
+}"""
 STILL = ROOT / "src" / "operator_panel" / "web" / "still.jpg"
 FREEZE_AND_GO_ON = """() => {
     const pause = document.querySelector("[data-pause]");
@@ -108,6 +115,7 @@ CLOCK = """(after) => new Date(1000 * (window.panel.timeLine.look.first + after)
     .toLocaleTimeString("en-GB")"""
 SINCE_FIRST = "() => { const { last, first } = window.panel.timeLine.look; return last - first; }"
 MOMENT = "() => window.panel.timeLine.at"
+ASK = "(at) => window.panel.timeLine.ask(at)"
 
 
 @at_sizes("low")
@@ -179,7 +187,7 @@ def test_phone_whose_clock_and_zone_differ_looks_back_by_the_cells_clock(
     clock = datetime.fromtimestamp(at).strftime("%H:%M:%S")
     assert told.startswith(f"Not now. Past: {clock}, ") and "min" not in told
     expect(events.first).to_be_visible()
-    page.evaluate("(at) => window.panel.timeLine.ask(at)", begun - 3.0)
+    page.evaluate(ASK, begun - 3.0)
     page.wait_for_function("(last) => window.panel.timeLine.look.at < last", arg=last)
     # The server keeps no moment while it builds this page: the nearest one may lie behind the wish.
     _, found, _ = page.evaluate(SHOWN)
@@ -218,12 +226,19 @@ def test_typed_time_of_day_leads_through_the_last_ten_minutes(theatre: Theatre) 
 def test_moment_at_which_nobody_was_heard_says_so_and_shows_no_number_of_now(
     theatre: Theatre,
 ) -> None:
-    """The page knew nothing then: the violet frames are empty, and the bar says why."""
+    """The page knew nothing then: empty violet frames, no robot, and the bar says why.
+
+    Who stood beside the robot at another moment is in the picture of that one.
+    """
     page = theatre.page
     theatre.resize("low")
-    page.request.get(f"{theatre.address}/scene/no_master")
-    theatre.remembered()
-    found = page.request.get(f"{theatre.address}/past.json?at={time.time()}").json()
+    moments = []
+    for scene in ("stopped", "no_master"):
+        page.request.get(f"{theatre.address}/scene/{scene}")
+        theatre.remembered()
+        found = page.request.get(f"{theatre.address}/past.json?at={time.time()}").json()
+        moments.append(found["last"])
+    beside, unheard = moments
     theatre.play("ready")
     theatre.remembered()
     number, told = page.locator('[data-live="joint_1.real"]'), page.locator("[data-past-text]")
@@ -233,12 +248,17 @@ def test_moment_at_which_nobody_was_heard_says_so_and_shows_no_number_of_now(
     expect(number).to_have_text(re.compile(r"\d"))
     expect(place).not_to_have_attribute("hidden", "")
     expect(told).not_to_contain_text("ROS master")
-    page.evaluate("(at) => window.panel.timeLine.ask(at)", found["last"])
+    until(page, SHOWN_THERE, "real,twin 0")
+    page.evaluate(ASK, unheard)
     expect(told).to_contain_text(" ago. No ROS master answers.")
     expect(number).to_have_text("")
     expect(place).to_have_attribute("hidden", "")
+    until(page, SHOWN_THERE, " 0")
+    page.evaluate(ASK, beside)
+    until(page, SHOWN_THERE, "real,twin 1")
     page.locator(".past-note").get_by_role("button", name="Live").click()
     expect(number).to_have_text(re.compile(r"\d"))
+    until(page, SHOWN_THERE, "real,twin 0")
 
 
 def test_recording_that_cannot_be_shown_says_why_on_the_time_line(theatre: Theatre) -> None:
