@@ -163,6 +163,26 @@ def test_a_draft_that_changes_behind_the_question_of_run_is_not_run(
     assert (form._said.text, cell.sent) == (f"Run: {changed}", [])
 
 
+def test_why_the_draft_is_locked_is_taken_back_with_the_lock(tmp_path: Path) -> None:
+    """Whoever reads it would wait for an end that has come; what was said since stays."""
+    from nicegui import Client, ui
+
+    scene = Scene(tmp_path)
+    with Client(ui.page("/teach")):
+        form = _Teach(scene.leading._view, scene.lesson)
+
+        def said(runner: str) -> str:
+            scene.lesson.runner = runner
+            form._refresh(scene.cell.snapshot(), False)
+            return str(form._said.text)
+
+        assert said("operator 2") == "operator 2 runs it: STOP first, or wait for its end"
+        assert said("") == ""
+        said("operator 2")
+        form._say("good", "TAUGHT has ended.")
+        assert said("") == "TAUGHT has ended."
+
+
 def test_save_replaces_the_program_that_it_has_asked_about(tmp_path: Path) -> None:
     """Another page renames the draft while the question stands: nobody said yes to that name."""
     from nicegui import Client, ui

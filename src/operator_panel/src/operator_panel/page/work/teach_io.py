@@ -349,6 +349,8 @@ class _Teach:
             self._name.set_value(history.draft.program.name)
         if lock:
             self._say("warn", lock)
+        elif old and self._said.text == old[2]:
+            self._say("", "")  # what locked it has ended, and nothing newer was said
         self._list.clear()
         self._rows.clear()
         with self._list:
