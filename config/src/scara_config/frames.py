@@ -27,6 +27,8 @@ MOST: dict[Kind, int] = {"user": 9, "tool": 10}
 """As many as can be selected: settings/ of the stand-in."""
 WORDS: dict[Kind, str] = {"user": "UFRAME", "tool": "UTOOL"}
 """As a controller calls them."""
+VARIABLES: dict[Kind, str] = {"user": "$MNUFRAME", "tool": "$MNUTOOL"}
+"""In which a controller keeps them."""
 LETTERS = "XYZWPR"
 """Of a frame's numbers."""
 Numbers = tuple[float, ...]
@@ -122,14 +124,30 @@ def told_numbers(numbers: Numbers) -> str:
     return " ".join(shown) or "X 0"
 
 
-def save_theirs(directory: Path | str | None, theirs: Numbered, ours: FrameTable) -> int:
+def save_theirs(
+    directory: Path | str | None, theirs: Numbered, ours: FrameTable, from_slots: bool = True
+) -> int:
     """Write those of somebody's frames into frames.yaml that differ; return how many.
 
     They keep the name that they have here.
 
+    Args:
+        directory: Folder with all YAML files; None: the package scara_config.
+        theirs: As a robot or a file has them.
+        ours: frames.yaml.
+        from_slots: They were read from a robot, where a slot that is not there reads 0 as well.
+
     Raises:
-        ConfigError: There is no such number, or the file cannot be written.
+        ConfigError: There is no such number, the file cannot be written, or all of a kind read 0
+            and some of ours differ; then nothing was written.
     """
+    for kind in MOST if from_slots else ():
+        read = {at: numbers for at, numbers in theirs.items() if at[0] == kind}
+        if not any(map(any, read.values())) and any(frame_differences(read, ours, "")):
+            raise ConfigError(
+                f"nothing was written: all {WORDS[kind]} of the robot read 0, those of {FILE} do "
+                f"not: nobody has set them there, or sheet 2's slot of {VARIABLES[kind]} is missing"
+            )
     count = 0
     for (kind, number), numbers in sorted(theirs.items()):
         if any(frame_differences({(kind, number): numbers}, ours, "")):

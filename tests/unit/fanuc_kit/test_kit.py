@@ -30,7 +30,7 @@ from scara_config.programs.tp.reader import read as read_program
 from scara_config.set_up.kit_map import kit_map
 from scara_config.set_up.kit_programs import texts as programs
 from scara_config.set_up.settings import SETTINGS
-from scara_config.set_up.slots import BOOTSTRAP, WAY_IN, delivered_table, slot_table
+from scara_config.set_up.slots import BOOTSTRAP, FRAMES, WAY_IN, delivered_table, slot_table
 from twin_controller.modbus.port_io import LinkLostError
 from typer.testing import CliRunner
 
@@ -443,3 +443,26 @@ def test_robot_or_file_that_tells_no_frames_is_named(tmp_path: Path) -> None:
         ):
             done = CliRunner().invoke(frames, list(words))
             assert done.exit_code == 2 and why in done.output
+
+
+def test_frames_that_were_not_told_are_not_written_over_taught_ones(tmp_path: Path) -> None:
+    """A printout that was cut off within a frame; a slot that nobody typed reads 0."""
+    folder = copy_configuration(tmp_path)
+    save_frame(folder, "user", 1, TaughtFrame("pallet", (50.0, -450.0, -41.5), (0.0, 0.0, 90.0)))
+    save_frame(folder, "tool", 1, TaughtFrame("clamp", (0.0, 0.0, 120.5)))
+    before = (folder / "frames.yaml").read_bytes()
+    cut = tmp_path / "SYSFRAME.VA"
+    cut.write_text(
+        "[*SYSTEM*]$MNUFRAME  Storage: SHADOW  Access: RW  : ARRAY[1,9] OF POSITION\n"
+        "     [1,1] = \n  Group: 1   Config: N D B, 0, 0, 0\n"
+        "  X:    50.000   Y:  -450.000   Z:   -41.500\n"
+    )
+    tools = slot_table(LAYOUT).index(FRAMES["tool"]) + 1
+    with served("ready", lambda table: table.put(tools, "$SIZE", 0)) as (port, _, _):
+        for words, why in (
+            ((str(cut),), "SYSFRAME.VA: UFRAME[1] tells 3 of X, Y, Z, W, P, R"),
+            (("127.0.0.1", "--port", str(port)), "slot of $MNUTOOL is missing"),
+        ):
+            done = CliRunner().invoke(frames, [*words, "--save", "--config-dir", str(folder)])
+            assert done.exit_code == 2 and why in done.output, done.output
+            assert (folder / "frames.yaml").read_bytes() == before

@@ -117,3 +117,18 @@ def test_of_somebodys_frames_those_that_differ_are_written_and_counted(tmp_path:
     assert found.find("user", 1) == ours.find("user", 1)
     assert found.find("user", 2) == TaughtFrame("box", (7.0, 0.0, 0.0))
     assert save_theirs(tmp_path, theirs, found) == 0
+
+
+def test_a_kind_that_a_robot_shows_as_zeros_is_not_written_over_taught_ones(
+    tmp_path: Path,
+) -> None:
+    """A slot that is not there reads 0; a file says so, and what never had numbers loses none."""
+    save_frame(tmp_path, "tool", 1, CLAMP)
+    ours, before = find_frames(tmp_path), (tmp_path / FILE).read_bytes()
+    nothing = (0.0,) * 6
+    theirs = {("user", 1): (7.0, *nothing[1:]), ("tool", 1): nothing, ("tool", 2): nothing}
+    with pytest.raises(ConfigError, match=r"all UTOOL of the robot read 0.*slot of \$MNUTOOL"):
+        save_theirs(tmp_path, theirs, ours)
+    assert (tmp_path / FILE).read_bytes() == before
+    assert save_theirs(tmp_path, theirs, ours, from_slots=False) == 2
+    assert save_theirs(tmp_path, theirs, NO_FRAMES) == 1

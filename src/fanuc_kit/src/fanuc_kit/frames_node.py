@@ -2,7 +2,7 @@
 
 A file is a printout of the controller (SYSFRAME.VA), or a program whose remarks tell its frames.
 ``--save`` writes what differs into frames.yaml; nothing is ever written to a robot. Exit code 0:
-the same, or saved; 1: they differ; 2: it cannot be read.
+the same, or saved; 1: they differ; 2: it cannot be read, or is not taken over.
 """
 
 from __future__ import annotations
@@ -17,6 +17,8 @@ from scara_config import ConfigError
 from scara_config.frames import (
     FILE,
     LETTERS,
+    VARIABLES,
+    WORDS,
     Kind,
     Numbered,
     find_frames,
@@ -38,7 +40,6 @@ from fanuc_kit.printouts import Printout, read_printout
 
 ANSWERS_S = 2.0
 """So long one answer is waited for."""
-_VARIABLES: dict[Kind, str] = {"user": "$MNUFRAME", "tool": "$MNUTOOL"}
 app = CommandLine(
     "frames", dict.fromkeys((ConfigError, LinkLostError, OSError), WRONG), help="Compare frames."
 )
@@ -73,7 +74,7 @@ def frames(
         console.print(line, markup=False)
     said = f"{len(theirs)} frames looked at, {len(differ)} differ"
     if differ and save:
-        count = save_theirs(config_dir, theirs, ours)
+        count = save_theirs(config_dir, theirs, ours, from_slots=whose == "robot")
         said += f"; {count} written to {FILE}"
     console.print(said, markup=False)
     raise typer.Exit(FAILED if differ and not save else 0)
@@ -83,7 +84,7 @@ def _told(path: Path) -> Numbered:
     """Return the frames that a file tells.
 
     Raises:
-        ConfigError: It tells none.
+        ConfigError: It tells none, or not all six numbers of one.
         OSError: It cannot be read.
     """
     if path.suffix.upper() == PROGRAM_ENDING:
@@ -91,20 +92,30 @@ def _told(path: Path) -> Numbered:
     else:
         printout = Printout()
         read_printout(path.read_text(encoding="utf-8", errors="replace"), path.name, printout)
-        found = _printed(printout)
+        found = _printed(printout, path)
     if not found:
         raise ConfigError(f"{path}: tells no frames, as SYSFRAME.VA and remarks of programs do")
     return found
 
 
-def _printed(printout: Printout) -> Numbered:
-    """Return the frames of the first group in a printout."""
+def _printed(printout: Printout, path: Path) -> Numbered:
+    """Return the frames of the first group in a printout.
+
+    Raises:
+        ConfigError: One has not all six numbers, as where the file was cut off.
+    """
     found: dict[tuple[Kind, int], tuple[float, ...]] = {}
-    for kind, variable in _VARIABLES.items():
-        form = re.compile(re.escape(variable) + r"\[1,(\d+)\]\.X")
-        for number in sorted(int(hit[1]) for hit in map(form.fullmatch, printout.variables) if hit):
+    for kind, variable in VARIABLES.items():
+        form = re.compile(re.escape(variable) + rf"\[1,(\d+)\]\.[{LETTERS}]")
+        numbers = {int(hit[1]) for hit in map(form.fullmatch, printout.variables) if hit}
+        for number in sorted(numbers):
             values = [printout.variables.get(f"{variable}[1,{number}].{at}") for at in LETTERS]
-            found[kind, number] = tuple(float(value or 0.0) for value in values)
+            told = tuple(value for value in values if isinstance(value, float))
+            # A number that is not told is no 0: it would be written over a taught one.
+            if len(told) < len(LETTERS):
+                what = f"{WORDS[kind]}[{number}] tells {len(told)} of {', '.join(LETTERS)}"
+                raise ConfigError(f"{path}: {what}: the file is damaged or cut off, print it anew")
+            found[kind, number] = told
     return found
 
 
