@@ -174,7 +174,10 @@ def background(program: Program) -> Scan:
         if isinstance(line, If):
             condition = evaluator(line.condition)
         if isinstance(action, AssignLine) and (place := fixed(action.target)) is not None:
-            target, value = place, evaluator(action.value)
+            # A pulse is no value, nor are START, STOP and RESET of a timer.
+            word = action.value.word if isinstance(action.value, Name) else ""
+            if word not in TIMER_WORDS and not isinstance(action.value, PulseTime):
+                target, value = place, evaluator(action.value)
         elif isinstance(action, Jump) and isinstance(action.label.index[0], float):
             target = flow.labels[int(action.label.index[0])]
         elif isinstance(action, Numbered) and action.instruction.kind == "UALM":
@@ -182,8 +185,8 @@ def background(program: Program) -> Scan:
         # A jump back would not end, and a condition without brackets is no mixed logic.
         back = isinstance(target, int) and target < index
         if back or (isinstance(line, If) and not isinstance(line.condition, Bracket)):
-            why = "background logic has assignments to fixed places, UALM, JMP to a line below, "
-            raise ConfigError(flow.named(index, f"{why}and IF (...), with brackets, before them"))
+            why = "background logic has assignments of values to fixed places, UALM, JMP to a line "
+            raise ConfigError(flow.named(index, f"{why}below, IF (...) with brackets before them"))
         scanned.append((index, condition, target, value))
 
     def scan(memory: Memory) -> list[str]:
