@@ -50,6 +50,7 @@ def test_a_jump_leaves_out_what_is_between(on: bool) -> None:
         *("WAIT 1(sec)", "CALL OTHER", "PAUSE", "R[R[1]]=(1)", "PAYLOAD[1]", "JMP LBL[R[1]]"),
         *("JMP LBL[1]", "IF DI[1]=ON,R[1]=(1)", "IF (DI[1]),CALL OTHER"),
         *("IF (DI[1]),DO[1]=PULSE,0.5sec", "DO[1]=PULSE", "TIMER[1]=START", "TIMER[1]=RESET"),
+        "IF (DI[1]),M[1]=(DI[2])",
     ],
 )
 def test_what_background_logic_does_not_have_is_refused(line: str) -> None:

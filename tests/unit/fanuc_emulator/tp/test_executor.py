@@ -211,6 +211,7 @@ def test_started_at_its_cursor_a_program_begins_with_the_line_that_was_ended() -
         ("R[201]=1", r"the stand-in keeps no R\[201\]"),
         ("PR[1]=LPOS", "the stand-in keeps no LPOS"),
         ("R[1]=AR[1]", r"the stand-in keeps no AR\[1\]"),
+        ("M[1]=(DI[1])", r"the stand-in keeps no M\[1\]"),
     ],
 )
 def test_what_is_not_executed_is_named(line: str, said: str) -> None:

@@ -176,7 +176,9 @@ def background(program: Program) -> Scan:
         if isinstance(action, AssignLine) and (place := fixed(action.target)) is not None:
             # A pulse is no value, nor are START, STOP and RESET of a timer.
             word = action.value.word if isinstance(action.value, Name) else ""
-            if word not in TIMER_WORDS and not isinstance(action.value, PulseTime):
+            timed = word in TIMER_WORDS or isinstance(action.value, PulseTime)
+            # A marker goes on following its expression, and a robot is delivered without.
+            if not timed and getattr(place, "kind", "") != "M":
                 target, value = place, evaluator(action.value)
         elif isinstance(action, Jump) and isinstance(action.label.index[0], float):
             target = flow.labels[int(action.label.index[0])]

@@ -24,7 +24,7 @@ from fanuc_emulator.alarms import RefusedError
 HIGHEST = 200
 """Index of the last register [our]: as many as the stand-in shows."""
 NUMBERS = ("R", "TIMER", "GI", "GO", "AI", "AO")
-SIGNALS = ("F", "M", "DI", "DO", "RI", "RO", "UI", "UO", "SI", "SO")
+SIGNALS = ("F", "DI", "DO", "RI", "RO", "UI", "UO", "SI", "SO")
 READ_ONLY = ("DI", "RI", "UI", "SI", "GI", "AI", "TIMER")
 PULSE_S = 0.1
 """Of a pulse without a time [asm]."""
