@@ -182,6 +182,10 @@ def axis_names(robot: Robot) -> dict[str, Joint]:
 
 def position_faults(position: Position, robot: Robot) -> Iterator[tuple[str, str]]:
     """Yield what is wrong with a position: the coordinate, and a text that begins with it."""
+    for group in position.groups:
+        if group.number != 1:
+            name = f"GP{group.number}"
+            yield name, f"{name}: the robot has motion group 1 alone"
     axes: dict[str, Joint | None] = dict(axis_names(robot))
     if is_cartesian(position):
         external = {name: axis for name, axis in axes.items() if name.startswith("E")}

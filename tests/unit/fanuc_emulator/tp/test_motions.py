@@ -364,6 +364,7 @@ def test_a_user_alarm_pauses_the_program_behind_its_line(run: Run) -> None:
     [
         (["J P[1] 50% FINE"], (400, 200, 100)),
         (["PR[2]=P[1]", "PR[2,1]=PR[2,1]+30", "L PR[2] 300mm/sec FINE"], (430, 200, 100)),
+        (["PR[GP1:2]=P[1]", "PR[GP1:2,1]=PR[2,1]+30", "J PR[2] 40% FINE"], (430, 200, 100)),
         (["PR[3]=LPOS", "PR[3,2]=(-50)", "J PR[3] 40% FINE"], (400, -50, 100)),
         ([*SHIFT, "L P[1] 99mm/sec FINE Offset,PR[4]"], (400, 200, 120)),
         (

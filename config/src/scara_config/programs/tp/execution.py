@@ -6,6 +6,7 @@ stand-in of the robot or the judge that walks through it.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 
 import msgspec
@@ -80,8 +81,8 @@ def flow_of(program: Program, source: str) -> Flow:
     """Return where the lines of a program lead to.
 
     Raises:
-        ConfigError: A label is missing or there twice, or a block has no end; the text names file
-            and line.
+        ConfigError: A label is missing or there twice, a block has no end, or a variable is of a
+            motion group other than 1; the text names file and line.
     """
     labels: dict[int, int] = {}
     partners: dict[int, int] = {}
@@ -94,6 +95,10 @@ def flow_of(program: Program, source: str) -> Flow:
     for index, line in enumerate(program.lines):
         if isinstance(line, Unknown):
             raise refused(index, "is not understood")
+        # Whatever a remark or a message says is no variable.
+        shown = "" if isinstance(line, Remark | Notice) else print_line(line)
+        if other := _OTHER_GROUP.search(shown):
+            raise refused(index, f"{other[1]}: the robot has motion group 1 alone")
         if isinstance(line, Label):
             number = line.label.index[0]
             if not isinstance(number, float) or int(number) in labels:
@@ -124,6 +129,7 @@ def flow_of(program: Program, source: str) -> Flow:
     return flow
 
 
+_OTHER_GROUP = re.compile(r"\[(GP[02-9]):")
 _ENDS: dict[str, tuple[type, ...]] = {
     "ELSE": (IfThen,),
     "ENDIF": (IfThen, Word),

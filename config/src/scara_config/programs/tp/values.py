@@ -70,24 +70,25 @@ Evaluator = Callable[[Memory], Value]
 
 
 def resolved(place: Indexed | Name, memory: Memory) -> Indexed | Name:
-    """Return a variable with numbers as indices, and without its comment."""
+    """Return a variable with numbers as indices, without its comment and its motion group, 1."""
     found = fixed(place)
     if found is not None:
         return found
     assert isinstance(place, Indexed)
     index = tuple(number(each, memory) for each in place.index)
-    return Indexed(place.kind, index, place.group)
+    return Indexed(place.kind, index)
 
 
 def fixed(place: Indexed | Name) -> Indexed | Name | None:
-    """Return a variable without its comment; None: its index stands in another one."""
+    """Return a variable without comment and motion group; None: its index is in another one."""
     if isinstance(place, Name) or (
-        not place.comment and all(isinstance(index, float) for index in place.index)
+        not (place.comment or place.group)
+        and all(isinstance(index, float) for index in place.index)
     ):
         return place
     if not all(isinstance(index, float) for index in place.index):
         return None
-    return Indexed(place.kind, place.index, place.group)
+    return Indexed(place.kind, place.index)
 
 
 def truth(expression: Expression, memory: Memory) -> bool:
