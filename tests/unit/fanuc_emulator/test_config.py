@@ -15,6 +15,7 @@ from fanuc_emulator.config import (
     EmulatorConfig,
     EmulatorFile,
     load_emulator,
+    load_library,
     load_programs,
     on_a_desk,
 )
@@ -171,11 +172,15 @@ def test_background_logic_is_one_program_that_is_there_and_can_run_so(
 
 
 def test_a_program_without_a_number_is_read_all_the_same(tmp_path: Path, robot: Robot) -> None:
-    """Small letters do not make it another one."""
+    """To be called, as the stream and background logic are not; small letters make no other one."""
     folder = copy_configuration(tmp_path)
     other = folder / "programs" / "other.LS"
     other.write_text(ARTICLE.read_text().replace("PROG  ARTICLE", "PROG  OTHER"))
-    assert set(load_programs(robot, folder)) == {2, 3, 4, 5}
+    stream = ARTICLE.read_text().replace("PROG  ARTICLE", "PROG  RSR0101")
+    (folder / "programs" / "RSR0101.LS").write_text(stream)
+    numbered, library = load_library(robot, folder)
+    assert set(numbered) == {2, 3, 4, 5}
+    assert set(library) == {each.name for each in numbered.values()} | {"OTHER"}
     shutil.copy(ARTICLE, folder / "programs" / "article.LS")
     with pytest.raises(ConfigError, match=r"article\.LS: ARTICLE\.LS is there too; rename one"):
         load_programs(robot, folder)

@@ -121,9 +121,18 @@ def on_a_desk(config: EmulatorConfig) -> EmulatorConfig:
 
 
 def load_programs(robot: Robot, directory: Path | str | None = None) -> dict[int, Program]:
+    """Return the first part of :func:`load_library`; it raises the same."""
+    return load_library(robot, directory)[0]
+
+
+def load_library(
+    robot: Robot, directory: Path | str | None = None
+) -> tuple[dict[int, Program], dict[str, Program]]:
     """Read all files of programs/ in ``directory``.
 
-    Return those that emulator.yaml gives a number by this number, but for the stream program.
+    Returns:
+        Those that emulator.yaml gives a number by this number, but for the stream program; and by
+        their names all that can be called: neither the stream program nor background logic.
 
     Raises:
         ConfigError: A file is wrong, a position is out of range or unknown, emulator.yaml names a
@@ -131,7 +140,8 @@ def load_programs(robot: Robot, directory: Path | str | None = None) -> dict[int
     """
     read = {name: read_taught(path, robot) for name, path in program_files(directory).items()}
     path = locate("emulator.yaml", directory)
-    numbered = load(path, EmulatorFile).rsr_programs
+    file = load(path, EmulatorFile)
+    numbered = file.rsr_programs
     for index, name in enumerate(numbered):
         if name in numbered[:index]:
             raise ConfigError(f"{path}: rsr_programs[{index}] = {name!r}: is there twice")
@@ -140,7 +150,9 @@ def load_programs(robot: Robot, directory: Path | str | None = None) -> dict[int
             raise ConfigError(
                 f"{path}: rsr_programs[{index}] = {name!r}: unknown, allowed are {', '.join(read)}"
             )
-    return {number: read[name] for number, name in enumerate(numbered, start=1) if number > 1}
+    of_number = {number: read[name] for number, name in enumerate(numbered, start=1) if number > 1}
+    apart = numbered[0], *file.background_programs
+    return of_number, {name: each for name, each in read.items() if name not in apart}
 
 
 def load_pendant_page(directory: Path | str | None = None) -> PendantPageFile:

@@ -47,6 +47,7 @@ class Controller:
         parts: What the gripper can hold; None: there is nothing.
         random: Draws what the plant leaves to chance; None: it leaves nothing to it.
         ring_places: Of the ring of set points ahead; 0: the robot has none.
+        library: Programs that can be called, by name; None: those that have a number.
 
     Attributes:
         source: Set points of the stream program, PR[1] and those ahead.
@@ -62,6 +63,7 @@ class Controller:
         parts: CellParts | None = None,
         random: np.random.Generator | None = None,
         ring_places: int = 0,
+        library: Mapping[str, Taught] | None = None,
     ) -> None:
         self.parts, self._gripper = parts, False
         self._config, self._settings, self._boot_seconds = config, config.settings, boot_seconds
@@ -81,12 +83,13 @@ class Controller:
             *shown, self.write_input, self.write_override, lambda: self._tick * self._dt, parts
         )
         self.registers = registers_of(signals, self.source, self._motion, planner, config)
-        self._executor = Executor(self.registers, {each.name: each for each in programs.values()})
-        numbered = {**programs, STREAM_RSR: stream_program(config.rsr_programs[0])}
+        self._executor = Executor(self.registers)
+        stream = {STREAM_RSR: stream_program(config.rsr_programs[0])}
         starts = plant.start_delay_ms / 1000.0, config.settings.start_for_continue
         self.registers.locked = lambda: self._executor.locks
-        self._jobs = Jobs(numbered, self._executor, *starts, self._start_obstacle)
+        self._jobs = Jobs(stream, self._executor, *starts, self._start_obstacle)
         self.take_programs = self._jobs.take
+        self.take_programs(programs, library)
         self._inputs = Inputs(config.settings)
         self._unlit = dict.fromkeys(unlit(config.settings.uop), False)
         self._alarms = AlarmList()

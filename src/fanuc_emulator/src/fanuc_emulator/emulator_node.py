@@ -41,7 +41,7 @@ from scara_config.profile import chosen_plant
 from scara_ros.process.scheduling_io import go_first
 from scara_ros.shell.program_io import WRONG, ends_with, private_parameters
 
-from fanuc_emulator.config import load_emulator, load_programs, on_a_desk
+from fanuc_emulator.config import load_emulator, load_library, on_a_desk
 from fanuc_emulator.controller import Controller
 from fanuc_emulator.drives.servo_loop_io import ServoLoop
 from fanuc_emulator.gripping.cell_parts import CellParts
@@ -183,9 +183,11 @@ def main() -> None:
         sys.exit(run(*map(private.get, names)))
 
 
-def _take(programs: Mapping[int, Program], controller: Controller) -> None:
+def _take(
+    programs: Mapping[int, Program], library: Mapping[str, Program], controller: Controller
+) -> None:
     """Let the controller have other programs."""
-    controller.take_programs(programs)
+    controller.take_programs(programs, library)
 
 
 def run(
@@ -205,7 +207,8 @@ def run(
     directory = Path(config_dir) if config_dir else None
     robot, layout = load_robot(directory), with_panel(load_modbus_map(directory))
     config = load_emulator(robot, directory, plant, settings)
-    files, programs = ProgramFiles(robot, directory), load_programs(robot, directory)
+    files = ProgramFiles(robot, directory)
+    programs, library = load_library(robot, directory)
     if port is not None and not (port.isdigit() and 1 <= int(port) <= 65535):
         raise ConfigError(f"~port = {port}: allowed is 1..65535")
     if links not in (None, "strict", "desk"):
@@ -232,7 +235,8 @@ def run(
         plant_text(named, config.plant),
     )
     chance = np.random.default_rng(SEED)
-    controller = Controller(config, robot, programs, time.time(), parts, chance, layout.ring_places)
+    ring = layout.ring_places
+    controller = Controller(config, robot, programs, time.time(), parts, chance, ring, library)
     # Where no word says whether PR[1] counts, it counts as it stands.
     controller.source.valid = layout.find("setpoint_valid") is None
     # A generator of its own: how often clients ask must not change what the servo draws.
@@ -259,8 +263,8 @@ def run(
                 print(f"programs stay as they are: {error}", file=sys.stderr, flush=True)
                 continue
             if newer is not None:
-                loop.post(partial(_take, newer))
-                names = ", ".join(program.name for _, program in sorted(newer.items()))
+                loop.post(partial(_take, *newer))
+                names = ", ".join(program.name for _, program in sorted(newer[0].items()))
                 print(f"programs were read again: {names}", flush=True)
     if "rospy" in sys.modules:
         sys.modules["rospy"].signal_shutdown("the emulator ends")

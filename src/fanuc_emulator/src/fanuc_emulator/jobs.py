@@ -18,7 +18,7 @@ class Jobs:
     """Decide which program starts or goes on; each method returns why it did not, or None.
 
     Args:
-        programs: By number.
+        programs: By number, the stream program among them.
         executor: Runs them, one at a time.
         start_delay: From a start to the first step [s].
         start_for_continue: START starts nothing, it only lets a paused program go on.
@@ -43,12 +43,20 @@ class Jobs:
         self._here: tuple[int, int] | None = None
         self.selected: Program | None = None
 
-    def take(self, programs: Mapping[int, Program]) -> None:
+    def take(
+        self, programs: Mapping[int, Program], library: Mapping[str, Program] | None = None
+    ) -> None:
         """Have other programs beside the stream from the next start on.
 
         One that runs ends as it began; one that is selected stays so by its name.
+
+        Args:
+            programs: By number.
+            library: All that can be called, by name; None: those that have a number.
         """
-        self._executor.library = {each.name: each for each in programs.values()}
+        if library is None:
+            library = {each.name: each for each in programs.values()}
+        self._executor.library = library
         stream = self._programs[STREAM_RSR]
         self._programs = {**programs, STREAM_RSR: stream}
         if self.selected is not None:

@@ -7,7 +7,7 @@ from pathlib import Path
 from scara_config import ConfigError, Robot, locate
 from scara_config.programs.files import program_files
 
-from fanuc_emulator.config import load_programs
+from fanuc_emulator.config import load_library
 from fanuc_emulator.tp.executor import Program
 
 Stamps = tuple[tuple[str, int, int], ...]
@@ -23,8 +23,8 @@ class ProgramFiles:
         self._seen: Stamps = ()
         self._seen = self._stamps()
 
-    def newer(self) -> dict[int, Program] | None:
-        """Return all programs by number if a file has changed since the last look.
+    def newer(self) -> tuple[dict[int, Program], dict[str, Program]] | None:
+        """Return all programs, by number and by name, if a file has changed since the last look.
 
         Raises:
             ConfigError: One is wrong: what the robot has stays. It is said once for each change.
@@ -33,7 +33,7 @@ class ProgramFiles:
         if stamps == self._seen:
             return None
         self._seen = stamps
-        return load_programs(self._robot, self._directory)
+        return load_library(self._robot, self._directory)
 
     def _stamps(self) -> Stamps:
         try:
