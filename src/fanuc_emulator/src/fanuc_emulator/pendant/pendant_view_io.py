@@ -59,6 +59,25 @@ body { background: #2a2c2a; color: #e9e6d8;
 @media (max-width: 760px) { .pendant { grid-template-columns: minmax(0, 1fr); }
   .title { grid-column: 1; } }
 """
+# What is pressed while the page's line is lost would be done once it is back, behind a STOP.
+WHILE_LOST = """
+document.addEventListener("click", (event) => {
+  if (window.socket?.connected) return;
+  event.preventDefault();
+  event.stopImmediatePropagation();
+}, true);
+// A key that was pressed before the loss was seen still waits here.
+const forget = () => {
+  const waiting = window.socket.sendBuffer;
+  window.socket.sendBuffer = waiting.filter((packet) => packet.data[0] !== "event");
+};
+const watch = () => {
+  if (!window.socket) return setTimeout(watch, 20); // the library makes it behind this script
+  window.socket.io.on("reconnect_attempt", forget);
+  window.socket.io.on("open", forget); // what waits is sent right after it
+};
+watch();
+"""
 
 
 class PendantPage:
@@ -74,6 +93,7 @@ class PendantPage:
     def build(self) -> None:
         """Build the page."""
         ui.add_css(STYLE)
+        ui.add_body_html(f'<script type="module">{WHILE_LOST}</script>')
         with ui.element("div").classes("pendant"):
             with ui.element("div").classes("title"):
                 ui.label(f"TEACH PENDANT  {self._title.upper()}")
