@@ -19,6 +19,7 @@ from scara_simulation.joints.control import JointControl
 from scara_simulation.joints.model import joint_models
 from scara_simulation.tuning.stability import (
     KINDS,
+    MOST_POSES,
     TOLERANCE,
     Plant,
     sample_plant,
@@ -136,6 +137,20 @@ def test_coupled_joints_bound_each_other():
     assert plant.group(0) == [0, 1]
     assert worst_radius(plant, [loops(1.9), loops(0.01)], 0, "position") < 1.0 + TOLERANCE
     assert worst_radius(plant, [loops(1.9), loops(1.9)], 0, "position") > 1.01
+
+
+@pytest.mark.parametrize(("joints", "most"), [(4, 7**4), (6, 5**6), (7, 3**7), (9, 3**9)])
+def test_more_joints_are_sampled_on_a_coarser_grid(joints, most):
+    """Up to six as ever; the middle of each joint's range is always among them."""
+    poses = []
+
+    def mass_matrix(q):
+        poses.append(q)
+        return np.eye(len(q))
+
+    sample_plant(mass_matrix, [(-1.0, 1.0)] * joints, [0.0] * joints, DT, 0.0)
+    assert len(poses) == most <= MOST_POSES
+    assert [0.0] * joints in poses
 
 
 @pytest.fixture(scope="module")

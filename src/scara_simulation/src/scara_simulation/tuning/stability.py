@@ -45,6 +45,8 @@ choice."""
 MOST_COUPLED = 4
 """With so many joints at most all mixes of loops are tried; the effort doubles with each joint. Our
 choice."""
+MOST_POSES = 20_000
+"""At which the inertia is sampled: of six joints all, of more a coarser grid. Our choice."""
 _GRID = 49
 _DECADES = 12.0
 _PRECISION = 1e-9
@@ -102,9 +104,12 @@ def sample_plant(
 ) -> Plant:
     """Sample the inertia on a grid of poses from limit to limit.
 
-    There are ``per_joint`` (odd: with the middle) for each joint.
+    There are ``per_joint`` (odd: with the middle) for each joint; None: 7, with many joints 5, or
+    3 where 5 are more than ``MOST_POSES``.
     """
-    per_joint = per_joint or (7 if len(limits) <= MOST_COUPLED else 5)
+    if per_joint is None:
+        many = 5 if 5 ** len(limits) <= MOST_POSES else 3
+        per_joint = 7 if len(limits) <= MOST_COUPLED else many
     axes = [np.linspace(lower, upper, per_joint) for lower, upper in limits]
     matrices = np.array(
         [mass_matrix([float(q) for q in pose]) for pose in itertools.product(*axes)]

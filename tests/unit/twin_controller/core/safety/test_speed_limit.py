@@ -14,9 +14,12 @@ from harness.running.thorough import thorough
 from harness.workspace import ROOT
 from msgspec.structs import replace
 from scara_config import load_robot
+from scara_control.keep_out.points import WatchedPoint, positions
+from scara_control.kinematics.screws import ScrewModel
 from twin_controller.core.actions import AnyAction, CapTwin, OverrideReal
 from twin_controller.core.lead.modes import Mode
 from twin_controller.core.orders.speed import GIVEN_BACK
+from twin_controller.core.safety import fastest
 from twin_controller.core.safety.fastest import fastest_point, fastest_speed
 from twin_controller.core.setup import Setup
 
@@ -60,6 +63,38 @@ def test_an_arm_with_narrow_ends_is_no_faster_than_the_fastest(
     qdot = np.array([-1.0, 1.0, 1.0, 1.0, 1.0, -1.0]) * arm.velocity
     found = fastest_speed(tool, tuple(lower), tuple(upper), arm.velocity)
     assert found == pytest.approx(fastest_point(tool, tuple(pose), tuple(qdot))[0], rel=1e-4)
+
+
+@pytest.mark.parametrize(("joints", "most"), [(6, 9**5), (7, 9**5 // 2), (9, 9**5 // 8)])
+def test_the_fastest_pose_of_many_joints_is_sought_among_fewer(
+    joints: int, most: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Nine joints take no more work than six, and what is found is a speed that the point has."""
+    counts: list[int] = []
+    screws = np.zeros((6, joints))
+    for k in range(joints):
+        # Upright and level axes by turns, 0.1 m above each other, as of a snake.
+        height = np.array([0.0, 0.0, 0.1 * k])
+        screws[:3, k] = (0.0, float(k % 2), float(k % 2 == 0))
+        screws[3:, k] = np.cross(height, screws[:3, k])
+    home = np.eye(4)
+    home[2, 3] = 0.1 * joints
+    point = WatchedPoint("tool", ScrewModel(screws, home), tuple(range(joints)))
+
+    def counted(point: WatchedPoint, rows: np.ndarray) -> np.ndarray:
+        counts.append(len(rows))
+        return positions(point, rows)
+
+    monkeypatch.setattr(fastest, "positions", counted)
+    upper = (math.pi,) * joints
+    lower, velocity = (-math.pi,) * joints, (1.0,) * joints
+    found = fastest_speed([point], lower, upper, velocity)
+    assert max(counts) == most
+    random = np.random.default_rng(4)
+    assert found >= max(
+        fastest_point([point], tuple(q), tuple(random.choice([-1.0, 1.0], joints)))[0]
+        for q in random.uniform(lower, upper, (500, joints))
+    )
 
 
 @pytest.mark.parametrize("phase", [*thorough(0.0), 0.005])

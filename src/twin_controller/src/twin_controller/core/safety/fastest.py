@@ -15,6 +15,11 @@ from twin_controller.core.events import Joints
 
 GRID = np.pi / 4.0
 """Spacing of the revolute joints' positions among which the fastest pose is sought [rad]."""
+MOST_TRIALS = 9**5 * 2**5
+"""Poses times directions of the joints' speeds: those of six joints that turn all round. One more
+on the grid would take 18 times the time and the memory."""
+SPREAD = np.sqrt([2.0, 3.0, 5.0, 7.0, 11.0, 13.0, 17.0, 19.0])
+"""Multiples of these, without their whole parts, fill a cube of eight sides evenly (Richtmyer)."""
 LARGEST_STRETCH = np.pi
 FINEST = 1e-3
 STEP = 1e-4
@@ -46,23 +51,9 @@ def fastest_speed(
 
 
 def _fastest_of(point: WatchedPoint, lower: Joints, upper: Joints, velocity: Joints) -> float:
-    turns = np.any(point.model.screw_axes[:3] != 0.0, axis=0)
-    ranges = []
-    for column, turning in zip(point.columns, turns):
-        ends = np.array([lower[column], upper[column]])
-        if turning:
-            # Stretched (0) too; of a prismatic joint the ends are enough.
-            low, high = np.clip(ends, -LARGEST_STRETCH, LARGEST_STRETCH)
-            inner = np.arange(np.ceil(low / GRID), np.floor(high / GRID) + 1) * GRID
-            ends = np.unique(np.concatenate([[low], inner, [high]]))
-        ranges.append(ends)
-    rows = np.zeros((1, len(lower)))
-    for column, places in list(zip(point.columns, ranges))[1:]:
-        rows = np.repeat(rows, len(places), axis=0)
-        rows[:, column] = np.resize(places, len(rows))
+    rows = _poses(point, lower, upper)
     speeds = _speeds(point, rows, velocity)
     best, speed, step = rows[int(np.argmax(speeds))], float(np.max(speeds)), 0.5 * GRID
-    # The first joint turns all points alike, so its position does not matter.
     while step > FINEST:
         tries = np.array(
             [
@@ -78,6 +69,34 @@ def _fastest_of(point: WatchedPoint, lower: Joints, upper: Joints, velocity: Joi
         else:
             step *= 0.5
     return speed
+
+
+def _poses(point: WatchedPoint, lower: Joints, upper: Joints) -> FloatArray:
+    """Return the poses among which the fastest is sought: a grid, of many joints spread evenly."""
+    turns = np.any(point.model.screw_axes[:3] != 0.0, axis=0)
+    ranges = []
+    # The first joint turns all points alike, so its position does not matter.
+    for column, turning in list(zip(point.columns, turns))[1:]:
+        ends = np.array([lower[column], upper[column]])
+        if turning:
+            # Stretched (0) too; of a prismatic joint the ends are enough.
+            low, high = np.clip(ends, -LARGEST_STRETCH, LARGEST_STRETCH)
+            inner = np.arange(np.ceil(low / GRID), np.floor(high / GRID) + 1) * GRID
+            ends = np.unique(np.concatenate([[low], inner, [high]]))
+        ranges.append(ends)
+    columns = list(point.columns[1:])
+    most = MOST_TRIALS // 2 ** len(columns)
+    if math.prod(map(len, ranges)) > most:
+        low, high = np.array([(places[0], places[-1]) for places in ranges]).T
+        rows = np.zeros((most, len(lower)))
+        shares = np.outer(np.arange(most), SPREAD[: len(columns)]) % 1.0
+        rows[:, columns] = low + shares * (high - low)
+        return rows
+    rows = np.zeros((1, len(lower)))
+    for column, places in zip(columns, ranges):
+        rows = np.repeat(rows, len(places), axis=0)
+        rows[:, column] = np.resize(places, len(rows))
+    return rows
 
 
 def _speeds(point: WatchedPoint, rows: FloatArray, velocity: Joints) -> FloatArray:
