@@ -9,6 +9,7 @@ import math
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import numpy as np
 import pytest
 from harness.workspace import ROOT
@@ -16,10 +17,11 @@ from harness.yaml_files import REMOVED, changed_yaml
 from robot_doctor.chain import read_description
 from scara_config import ConfigError, Robot, load_robot
 from scara_config.profile import CHOICE
+from scara_config.robot import PrismaticJoint
 from scara_description.body import load_body, urdf_of
 from scara_description.inertia import rotation_from_rpy
 
-from scara_description.urdf import rpy_of
+from scara_description.urdf import parse_robot, rpy_of
 
 FOLDER = ROOT / "config" / "robots" / "articulated_six"
 
@@ -82,3 +84,34 @@ def test_a_body_that_does_not_fit_is_refused(
     """File, link and what is allowed."""
     with pytest.raises(ConfigError, match=rf"body\.yaml: .*{text}"):
         load_body(robot, changed_yaml(FOLDER / "body.yaml", tmp_path, path, value))
+
+
+@pytest.mark.parametrize("kind", ["revolute", "prismatic"])
+def test_a_table_turns_about_z_or_slides_along_it(kind: str) -> None:
+    """It moves no tool, so its profile has no axis for it."""
+    folder = ROOT / "config" / "robots" / "fanuc_sr3ia"
+    cell = load_robot(folder)
+    body = load_body(cell, folder)
+    table = cell.joint("table_joint")
+    slide = PrismaticJoint(
+        name=table.name,
+        axis_number=table.axis_number,
+        twin=True,
+        screw_axis=None,
+        effort=100.0,
+        lower_mm=-200.0,
+        upper_mm=200.0,
+        velocity_mm_s=100.0,
+        acceleration_mm_s2=1000.0,
+        jerk_mm_s3=10000.0,
+    )
+    moved = table if kind == "revolute" else slide
+    joints = [moved if joint is table else joint for joint in cell.joints]
+    text = urdf_of(msgspec.structs.replace(cell, joints=joints), body)
+    described = next(
+        joint for joint in parse_robot(text).findall("joint") if joint.get("name") == table.name
+    )
+    axis = described.find("axis")
+    assert axis is not None
+    assert (described.get("type"), axis.get("xyz")) == (kind, "0 0 1")
+    assert read_description(text, cell.tool_frame).joints[table.name].kind == kind

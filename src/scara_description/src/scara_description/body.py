@@ -177,8 +177,8 @@ def _joint(link: Link, robot: Robot, at: FloatArray, turn: FloatArray) -> list[s
     ]
     lines += [f'    <parent link="{link.parent}"/>', f'    <child link="{link.name}"/>']
     if joint is not None:
-        # A joint that does not move the tool turns about z.
-        screw = np.array(joint.screw_axis or (0.0, 0.0, 1.0, 0.0, 0.0, 0.0), dtype=float)
+        # A joint that does not move the tool turns about z, or slides along it.
+        screw = np.array(joint.screw_axis or (0.0, 0.0, 1.0, 0.0, 0.0, 1.0), dtype=float)
         axis = screw[3:] if joint.si_unit == "m" else screw[:3]
         lines.append(f'    <axis xyz="{_numbers(axis)}"/>')
         limits = (
