@@ -106,6 +106,17 @@ def stretched(screws: Sequence[Sequence[float]], tool: Sequence[float]) -> float
     return length
 
 
+def slid(screws: Sequence[Sequence[float]], limits: Sequence[tuple[float, float]]) -> float:
+    """Return how far the sliding joints carry the tool at most [m]: no length of the arm has it.
+
+    Args:
+        screws: Of the joints.
+        limits: Their lower and upper limits.
+    """
+    pairs = zip(screws, limits)
+    return sum(max(map(abs, limit)) for screw, limit in pairs if not any(screw[:3]))
+
+
 def _cross(a: Sequence[float], b: Sequence[float]) -> tuple[float, float, float]:
     return (
         a[1] * b[2] - a[2] * b[1],

@@ -14,6 +14,7 @@ from scara_config.lengths import (
     AGREE,
     SHORTEST_REACH,
     place_of,
+    slid,
     stretched,
     with_lengths,
 )
@@ -207,6 +208,13 @@ class Robot(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         """The twin's joints that move the tool, in file order."""
         return [joint for joint in self.twin_joints if joint.screw_axis is not None]
 
+    @property
+    def slides_mm(self) -> float:
+        """How far the arm's sliding joints carry the tool at most."""
+        arm = self.arm_joints
+        limits = [(joint.lower, joint.upper) for joint in arm]
+        return 1e3 * slid([joint.screw_axis or () for joint in arm], limits)
+
     def joint(self, name: str) -> Joint:
         """Return the joint called ``name``.
 
@@ -292,7 +300,8 @@ def _wrong_lengths(robot: Robot) -> Iterator[str]:
     if size is None:
         axes = [joint.screw_axis or () for joint in arm]
         longest = 1e3 * stretched(axes, [row[3] for row in robot.home_pose[:3]])
-        least, what = SHORTEST_REACH * longest, f"{SHORTEST_REACH * longest:g} to {longest:g}"
+        least, longest = SHORTEST_REACH * longest, longest + robot.slides_mm
+        what = f"{least:g} to {longest:g}"
     else:
         yield from _wrong_places(robot, size, turning)
         least = longest = size.l1_mm + size.l2_mm

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 import re
 import shutil
 from pathlib import Path
@@ -172,6 +173,22 @@ def test_an_arm_may_stand_on_a_rail(config: Path, tmp_path: Path) -> None:
     source.write_text(source.read_text().replace("</robot>", rail))
     robot = made(config, source)
     assert [joint.si_unit for joint in robot.arm_joints] == ["m", *["rad"] * 6]
+    assert robot.keep_out[0].upper_mm[0] == math.ceil(2.0 * robot.reach_mm + 1000.0)
+
+
+def test_a_gantry_reaches_as_far_as_its_slides() -> None:
+    """Nothing turns but the tool about itself."""
+    urdf = read_description((URDFS / "epson_gx4.urdf").read_text(), "tool0")
+    slide, turn = urdf.joints["joint_3"], urdf.joints["joint_4"]
+    joints = {
+        f"joint_{k}": msgspec.structs.replace(
+            slide, lower=-0.5 * k, upper=0.3, screw=(0.0, 0.0, 0.0, *np.eye(3)[k].tolist())
+        )
+        for k in range(3)
+    }
+    urdf = msgspec.structs.replace(urdf, joints={**joints, "joint_4": turn})
+    text = arm_text("mine", "doctor new", urdf, ("base_link", "tool0"), ArmFigures(1.0, {}, {}))
+    assert "\nreach_mm: 1800.0\n" in text and "geometry" not in text
 
 
 def test_a_table_that_cannot_stand_at_0_stands_within_its_range(

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import yaml
 from harness.workspace import ROOT
 from harness.yaml_files import REMOVED, changed_yaml, shipped
 from scara_config import ConfigError, PrismaticJoint, load_robot
@@ -83,6 +84,36 @@ def test_the_reach_of_another_arm_is_that_of_its_links(
         return
     with pytest.raises(ConfigError, match=rf"reach_mm = {reach:g}: Expected 510 to 680"):
         load_robot(folder)
+
+
+@pytest.mark.parametrize(
+    ("reach", "fits"), [(510.0, True), (1180.0, True), (500.0, False), (1190.0, False)]
+)
+def test_a_rail_lets_the_reach_be_longer(tmp_path: Path, reach: float, fits: bool) -> None:
+    """By its longer way, 500 mm; the reach may be the arm's alone."""
+    six = SHIPPED / "robots" / "articulated_six" / "robot.yaml"
+    tree = yaml.safe_load(six.read_text(encoding="utf-8"))
+    rail = {
+        "name": "rail",
+        "type": "prismatic",
+        "axis_number": 7,
+        "twin": True,
+        "screw_axis": [0, 0, 0, 0, 1, 0],
+        "lower_mm": -500.0,
+        "upper_mm": 300.0,
+        "velocity_mm_s": 500.0,
+        "acceleration_mm_s2": 2000.0,
+        "jerk_mm_s3": 30000.0,
+        "effort": 3000.0,
+    }
+    tree["joints"].insert(0, rail)
+    tree["home"]["rail"], tree["reach_mm"] = 0.0, reach
+    (tmp_path / "robot.yaml").write_text(yaml.safe_dump(tree), encoding="utf-8")
+    if fits:
+        assert load_robot(tmp_path).slides_mm == pytest.approx(500.0)
+        return
+    with pytest.raises(ConfigError, match=rf"reach_mm = {reach:g}: Expected 510 to 1180"):
+        load_robot(tmp_path)
 
 
 def test_home_pose_is_a_rigid_transform() -> None:

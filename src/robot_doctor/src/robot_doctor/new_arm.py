@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 
 import msgspec
 from scara_config import KeepOut
-from scara_config.lengths import place_of, stretched
+from scara_config.lengths import AGREE, place_of, slid, stretched
 
 from robot_doctor.chain import DescribedArm, DescribedJoint
 from robot_doctor.new_scara import STOPPING
@@ -61,7 +61,11 @@ def arm_text(
     arm = [joint for joint in urdf.joints.values() if joint.moves_tool]
     tip = [row[3] for row in urdf.tool_pose[:3]]
     size = scara_lengths(urdf)
-    geometry, reach = "", 1e3 * stretched([joint.screw for joint in arm], tip)
+    screws = [joint.screw for joint in arm]
+    geometry, reach = "", 1e3 * stretched(screws, tip)
+    if reach < 1e3 * AGREE:
+        # A gantry: nothing turns, or only at the tool.
+        reach = 1e3 * slid(screws, [(joint.lower, joint.upper) for joint in arm])
     if size is not None:
         l1, l2, h = size
         geometry = (

@@ -73,7 +73,8 @@ def floor_below(robot: Robot, model: Model) -> KeepOut:
     # What hangs near the foot cannot stand higher: a tenth of the poses has to be clear.
     clear = np.quantile(_undersides(watched_points(robot), _poses(robot)[1]).min(axis=0), 0.9)
     lows.append(float(clear) - 2e-3 * CLEAR_MM)
-    top, side = math.floor(1e3 * min(lows)), math.ceil(FAR * robot.reach_mm)
+    # A rail carries the arm beyond its reach.
+    top, side = math.floor(1e3 * min(lows)), math.ceil(FAR * robot.reach_mm + robot.slides_mm)
     return KeepOut("floor", (-side, -side, top - side), (side, side, top))
 
 
