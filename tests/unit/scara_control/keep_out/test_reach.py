@@ -16,7 +16,7 @@ from scara_config import KeepOut, load_robot
 from scara_control.keep_out.points import positions, watched_points
 from scara_control.keep_out.reach import largest_rates, may_reach
 from scara_control.keep_out.zones import free_part, heads_into
-from scara_control.kinematics.screws import ScrewModel
+from scara_control.kinematics.screws import ScrewModel, tool_positions
 
 NAMES = ("fanuc_sr6ia", "fanuc_sr3ia", "scara_4axis", "articulated_six")
 ROBOTS = {name: load_robot(CONFIG / "robots" / name) for name in NAMES}
@@ -70,6 +70,26 @@ def test_a_slide_across_an_axis_is_not_guessed() -> None:
     """Its stroke would be part of the radius."""
     axes = np.array([[0, 0, 1, 0, 0, 0], [0, 0, 0, 1, 0, 0]], dtype=float).T
     assert largest_rates(ScrewModel(axes, np.eye(4))) is None
+
+
+@given(shares=st.lists(st.tuples(*[SHARE] * 7), min_size=2, max_size=4))
+def test_an_arm_on_a_rail_leads_no_further_than_its_rates_say(
+    shares: list[tuple[float, ...]],
+) -> None:
+    """The rail carries all that turns: no radius changes with it."""
+    six = ScrewModel.from_robot(ROBOTS["articulated_six"])
+    rail = np.array([[0.0, 0.0, 0.0, 0.6, 0.8, 0.0]]).T
+    model = ScrewModel(np.hstack([rail, six.screw_axes]), six.home_pose)
+    rates = largest_rates(model)
+    assert rates is not None
+    assert rates[0] == pytest.approx((0.6, 0.8, 0.0))
+    assert rates[1:] == largest_rates(six)
+    corners = np.array(shares) * 4.0 - 2.0
+    part = np.linspace(0.0, 1.0, 40)[:, None]
+    way = np.concatenate([a + part * (b - a) for a, b in pairwise(corners)])
+    path = tool_positions(model, way)
+    most = np.abs(np.diff(corners, axis=0)).sum(axis=0) @ np.array(rates)
+    assert np.all(np.abs(path - path[0]) <= most + 1e-9)
 
 
 @given(shares=st.lists(CORNER, min_size=2, max_size=3), at=st.tuples(*[SHARE] * 3))

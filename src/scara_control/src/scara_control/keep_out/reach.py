@@ -26,12 +26,13 @@ def largest_rates(model: ScrewModel) -> tuple[Point, ...] | None:
 
     Returns:
         For each joint, base to tool: [m/rad], prismatic [m/m]; None for chains with a slide across
-        an axis, whose radii change.
+        an axis, whose radii change; a slide that carries all that turns, as a rail, changes none.
     """
     turning = [turns for turns, _, _ in model.plain_screws]
     axes = np.array([omega if turns else v for turns, omega, v in model.plain_screws])
     parallel = bool(np.all(np.linalg.norm(np.cross(axes, axes[0]), axis=1) <= PARALLEL))
-    if not parallel and not all(turning):
+    rail = turning == sorted(turning)
+    if not parallel and not rail:
         return None
     # A circle about an axis is as wide along x, y or z as the sine of the angle between both.
     across = np.sqrt(np.clip(1.0 - axes[0] ** 2, 0.0, 1.0)) if parallel else np.ones(3)

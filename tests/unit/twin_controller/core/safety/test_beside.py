@@ -8,8 +8,11 @@ import msgspec
 import numpy as np
 import pytest
 from harness.pair import ROBOT, SETUP, idle_pair
-from scara_config import KeepOut
-from scara_control.keep_out.points import all_positions
+from harness.yaml_files import CONFIG
+from scara_config import KeepOut, load_robot
+from scara_control.keep_out.points import WatchedPoint, all_positions
+from scara_control.keep_out.reach import largest_rates
+from scara_control.kinematics.screws import ScrewModel
 from twin_controller.core.safety.beside import (
     LEAST_PERCENT,
     Beside,
@@ -109,3 +112,25 @@ def test_a_robot_that_stands_beside_a_zone_begins_slowly_and_one_that_moves_does
         for setup, slowed in ((near, slow), (SETUP, False)):
             guard = judge_guard(setup, Guard(), shown, (0.0, ""), led=False)
             assert (guard.start < 1.0) is slowed
+
+
+def on_a_slide(carried: int, gap_mm: float) -> Setup:
+    """Return the six-joint arm, a slide behind ``carried`` of its joints; a zone below its tool."""
+    setup = Setup(load_robot(CONFIG / "robots" / "articulated_six"), SETUP.config)
+    screws = np.insert(setup.arm.screw_axes, carried, [0.0, 0.0, 0.0, 1.0, 0.0, 0.0], axis=1)
+    model = ScrewModel(screws, setup.arm.home_pose)
+    setup.points = (WatchedPoint("tool", model, tuple(range(7)), largest_rates(model)),)
+    for name, value in (("velocity", 1.0), ("acceleration", 4.0), ("jerk", 60.0), ("braking", 2.0)):
+        setattr(setup, name, (*getattr(setup, name), value))
+    x, y, z = (1e3 * setup.arm.home_pose[:3, 3]).tolist()
+    top = z - gap_mm
+    low = (x - 200.0, y - 200.0, top - 50.0)
+    setup.keep_out = (KeepOut("box", low, (x + 200.0, y + 200.0, top)),)
+    return setup
+
+
+def test_an_arm_on_a_rail_begins_slowly_beside_a_zone_and_far_away_does_not() -> None:
+    """One with a slide behind a turning joint may be anywhere, and begins slowly always."""
+    shares = [start_share(on_a_slide(0, gap), (0.0,) * 7) for gap in (1.0, 30.0, 5000.0)]
+    assert shares[0] < shares[1] < shares[2] == 1.0
+    assert start_share(on_a_slide(1, 5000.0), (0.0,) * 7) == LEAST_PERCENT * 1e-2

@@ -60,9 +60,7 @@ def start_share(setup: Setup, q: Joints) -> float:
 def _may_enter(setup: Setup, q: Joints, share: float) -> bool:
     """Return whether a start at ``share`` of the largest speeds may end in a zone."""
     ways = start_ways(setup, share)
-    # A chain of which nobody knows how far it reaches cannot be judged so.
-    known = [point for point in setup.points if point.rates is not None]
-    return any(point_may_reach(point, q, ways, setup.keep_out) for point in known)
+    return any(point_may_reach(point, q, ways, setup.keep_out) for point in setup.points)
 
 
 def start_ways(setup: Setup, share: float) -> Joints:
