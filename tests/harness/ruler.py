@@ -24,7 +24,7 @@ BUDGET = ROOT / "tests" / "contract" / "budget.yaml"
 STRUCTS = {"NamedTuple", "TypedDict", "Struct"}
 FRAGMENT = range(11, 40)
 HELPER = 6
-NO_DOCS = {".venv", "build", "runs", "exercises"}
+NO_DOCS = {".venv", ".pytest_cache", "build", "runs", "exercises"}
 """What holds no documents; the cards of the course's exercises are counted apart."""
 
 
