@@ -24,7 +24,7 @@ LAYERS: tuple[tuple[str, ...], ...] = (
     ("sides",),
     ("safety",),
     ("orders", "follow"),
-    ("lead.modes", "lead.table", "lead.table_page", "lead.state"),
+    ("lead.modes", "lead.repeated", "lead.table", "lead.table_page", "lead.state"),
     ("state",),
     ("lead",),
     ("step",),
