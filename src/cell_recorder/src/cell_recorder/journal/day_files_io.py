@@ -15,6 +15,7 @@ from datetime import date, timedelta
 from itertools import count
 from pathlib import Path
 
+from scara_config.files.whole_file import sync_folder
 from scara_ros.journal_files_io import files_of, numbered
 
 from cell_recorder.config import JournalSettings
@@ -231,7 +232,7 @@ class DayFiles:
             self.sync()
             for old, new in moves.items():
                 old.rename(new)
-            _sync_folder(self.folder)
+            sync_folder(self.folder)
         except BaseException:
             self.close()  # the next open() does it again
             raise
@@ -249,7 +250,7 @@ class DayFiles:
             self._fd = None
         self._day = day
         self._fd = os.open(self.path, os.O_WRONLY | os.O_CREAT | os.O_APPEND | os.O_CLOEXEC, 0o644)
-        _sync_folder(self.folder)
+        sync_folder(self.folder)
         self._size = os.fstat(self._fd).st_size
         # Days with a file count, not days of the calendar: a clock that was wrong removes none.
         old = files_of(self.folder)[: -self._settings.keep_days]
@@ -368,12 +369,3 @@ def _free_name(path: Path) -> Path:
     """Return the first name for a file to be put aside that no other one has."""
     names = (path.with_suffix(f".{n}{ASIDE}" if n > 1 else ASIDE) for n in count(1))
     return next(name for name in names if not name.exists())
-
-
-def _sync_folder(folder: Path) -> None:
-    """Make the names in a folder safe."""
-    fd = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
-    try:
-        os.fsync(fd)
-    finally:
-        os.close(fd)

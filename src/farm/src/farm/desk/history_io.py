@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import fcntl
 import json
-import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
 import pyarrow as pa
 import pyarrow.parquet as pq
-from scara_config.files.whole_file import whole_file
+from scara_config.files.whole_file import sync_folder, whole_file
 
 from farm.desk.files import EventSpan, counting, to_join
 from farm.keys import CellName
@@ -132,12 +131,7 @@ class History:
         try:
             with whole_file(self._path(span), half=HALF) as stream:
                 pq.write_table(table, stream, compression="zstd")
-            # A file's name is the folder's content, which is synced for itself.
-            folder = os.open(self.folder, os.O_RDONLY)
-            try:
-                os.fsync(folder)
-            finally:
-                os.close(folder)
+            sync_folder(self.folder)
         except OSError as error:
             raise HistoryError(f"{self.folder}: {error.strerror}") from error
 
