@@ -97,6 +97,16 @@ class RealMeasured(Event, frozen=True, tag="real"):
     operation_mode: str = ""
     efforts: tuple[float, ...] = ()
 
+    @property
+    def loaded(self) -> bool:
+        """Whether a program runs or is paused, its own or the stream's."""
+        return self.own_program or self.streaming
+
+    @property
+    def runs(self) -> bool:
+        """Whether a program runs and is not paused."""
+        return self.loaded and not self.paused
+
 
 class RealKnown(Event, frozen=True, tag="real_known"):
     """What earlier starts have learned of the robot at this address.

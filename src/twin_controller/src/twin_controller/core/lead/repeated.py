@@ -42,8 +42,8 @@ def count(before: Repeated, flags: RealMeasured, writes: bool) -> Repeated:
             too: whoever lets it go on stands there.
     """
     off = not flags.own_program or (flags.paused and not writes)
-    runs = (flags.own_program or flags.streaming) and not flags.paused
     found = Repeated(
-        min(before.off + 1, READINGS) if off else 0, min(before.runs + 1, READINGS) if runs else 0
+        min(before.off + 1, READINGS) if off else 0,
+        min(before.runs + 1, READINGS) if flags.runs else 0,
     )
     return before if found == before else found

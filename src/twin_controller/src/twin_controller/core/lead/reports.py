@@ -375,7 +375,7 @@ def _paused_real_reports(lead: Lead, flags: RealMeasured, blocked: bool) -> list
     if flags.paused:
         return []
     if lead.paused_seen[0]:
-        if not (flags.own_program or flags.streaming):
+        if not flags.loaded:
             return [Trigger.REAL_STOPPED]
         if not lead.repeated.is_running:
             return []

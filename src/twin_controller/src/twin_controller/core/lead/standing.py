@@ -14,8 +14,7 @@ from twin_controller.core.state import CoreState
 
 def real_stands(setup: Setup, state: CoreState, flags: RealMeasured, now: float) -> bool:
     """Return whether the real robot has stopped: no program runs, and its joints stand."""
-    runs = (flags.own_program or flags.streaming) and not flags.paused
-    return not runs and change.stands_still(state.sides.real.change, now, setup.config.change)
+    return not flags.runs and change.stands_still(state.sides.real.change, now, setup.config.change)
 
 
 def moves_in_stop(setup: Setup, state: CoreState, now: float) -> bool:

@@ -92,8 +92,9 @@ def hear(
         stream = hear_stream(stream, event)
     if sides.real.history and not moves:
         safety_stop = None
-    busy = event.own_program or event.streaming
-    return replace(orders, stop=stop, stream=stream, safety_stop=safety_stop, real_busy=busy)
+    return replace(
+        orders, stop=stop, stream=stream, safety_stop=safety_stop, real_busy=event.loaded
+    )
 
 
 def forget_lost(orders: Orders, sides: Sides) -> Orders:

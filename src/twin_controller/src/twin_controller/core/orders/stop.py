@@ -118,22 +118,20 @@ def hear_stop(stop: StopOrder, event: RealMeasured, stands: bool, config: Stop) 
     if stop.order.wanted is Command.END_AT_REST:
         # HOLD is there, and what was started at the pendant behind the stream is not ours to stop.
         return stop if event.streaming else None
-    runs = (event.own_program or event.streaming) and not event.paused
     if stop.given_back is not None:
         if not stop.left:
             # What runs from here on was begun by somebody.
             return None
-        if runs:
+        if event.runs:
             # It went on by itself when HOLD came back, so it is stopped anew.
             order = replace(stop.order, shown=False)
             return StopOrder(order, event.now)
         watched = event.sent - told >= config.retry_ms * 1e-3
         return None if watched else stop
-    there = event.own_program or event.streaming
-    shown = not runs and (stop.reached or not there)
+    shown = not event.runs and (stop.reached or not event.loaded)
     since = stop.since if stop.reached else event.now
     order = replace(stop.order, shown=shown)
-    stop = replace(stop, order=order, since=since, left=there, stands=stands and shown)
+    stop = replace(stop, order=order, since=since, left=event.loaded, stands=stands and shown)
     if stop.order.wanted is Command.HOLD_REAL and stop.stands:
         # HOLD stays away: RESUME gives it back.
         return None

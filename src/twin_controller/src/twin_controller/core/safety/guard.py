@@ -98,7 +98,7 @@ def judge_guard(
     """
     speed, name = fastest
     flags, config = real.flags, setup.config
-    driven = flags is not None and (flags.own_program or flags.streaming) and not flags.paused
+    driven = flags is not None and flags.runs
     moves = driven or speed > config.separation.standstill_mm_s * 1e-3
     if not moves:
         inside = guard.inside
