@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator, Mapping
-from functools import cached_property
 from pathlib import Path
 
 import msgspec
@@ -14,7 +13,7 @@ from scara_config.profile import PROGRAM_ENDING, PROGRAMS, locate
 from scara_config.programs.configuration import configuration_fault
 from scara_config.programs.steps import Step
 from scara_config.programs.tp.execution import Flow, flow_of
-from scara_config.programs.tp.listing import MotionLine, Position, Program
+from scara_config.programs.tp.listing import Position, Program
 from scara_config.programs.tp.reader import read
 from scara_config.programs.tp.values import POSE_NUMBERS, Pose
 from scara_config.programs.walk import check_motions
@@ -39,7 +38,7 @@ class TaughtPose(msgspec.Struct, frozen=True):
     tool: int | None
 
 
-class Taught(msgspec.Struct, frozen=True, dict=True):
+class Taught(msgspec.Struct, frozen=True):
     """A program that was read and checked.
 
     Attributes:
@@ -59,12 +58,6 @@ class Taught(msgspec.Struct, frozen=True, dict=True):
     def name(self) -> str:
         """As the robot calls it."""
         return self.flow.program.name
-
-    @cached_property
-    def stream_lines(self) -> frozenset[int]:
-        """Numbers of the lines that go on to PR[1] as it is in each period."""
-        numbered = enumerate(self.flow.program.lines if self.streams else (), start=1)
-        return frozenset(number for number, line in numbered if isinstance(line, MotionLine))
 
 
 class ProgramSteps(msgspec.Struct, frozen=True):

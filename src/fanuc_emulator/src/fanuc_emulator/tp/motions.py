@@ -56,7 +56,7 @@ def motion_step(frame: CallFrame, line: MotionLine, shown: int) -> MoveStep | Pa
         ExecutionError: It is not taught, or not executed.
     """
     memory, program = frame.memory, frame.program
-    if shown in program.stream_lines:
+    if program.streams:
         assert line.speed is not None
         percent = number(line.speed, memory)
         if not 0.0 < percent <= 100.0:

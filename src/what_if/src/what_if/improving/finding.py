@@ -96,7 +96,7 @@ def choices_of(taught: Taught, steps: Sequence[Step], robot: Robot) -> list[Choi
     for number in lines:
         line = taught.flow.program.lines[number - 1]
         here = [each for each in motions if each.line == number]
-        if not isinstance(line, MotionLine) or number in taught.stream_lines:
+        if not isinstance(line, MotionLine):
             continue
         if isinstance(line.speed, float) and line.unit in ("%", "mm/sec"):
             found.append(Speed(number, line.speed, line.unit))
