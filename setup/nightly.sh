@@ -1,9 +1,8 @@
 # Sourced by ./cell: `./cell test --nightly` runs everything that is too long for the day, and writes docs/nightly.md.
 
-# Run tests, other people's programs and mutants, each whatever fails before it: [--mutants N] [--page FILE];
-# of the longer scenes and the searches a half, by turns;
-# other words go to pytest. The exit code tells of all. What is a choice is not the night's report: without --page it
-# goes to build/nightly.md.
+# Run tests, other people's programs and mutants, each whatever fails before it: [--mutants N] [--page FILE]; other
+# words go to pytest. Of the longer scenes and the searches a half is run, by turns. The exit code tells of all. What
+# is a choice is not the night's report: without --page it goes to build/nightly.md.
 run_nightly() {
   local page='' count=100 words=() choice=() tonight tests clients mutants
   while [ $# -gt 0 ]; do

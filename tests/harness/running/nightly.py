@@ -4,8 +4,8 @@
     python -m harness.running.nightly write --tests 0 --clients 0 --mutants 1 [--page FILE]
 
 ``begin`` prints whose turn it is, then seed and rooms of tonight's mutants, as words for
-harness.mutants. ``write`` is
-told how the three commands ended. What they found it reads from the files that they left in build/.
+harness.mutants. ``write`` is told how the three commands ended. What they found it reads from the
+files that they left in build/.
 """
 
 from __future__ import annotations

@@ -74,8 +74,7 @@ class Running:
     def pytest_make_collect_report(self, collector: pytest.Collector) -> Iterator[None]:
         """Let a file, which is imported by this, search only in the night whose turn it has."""
         if isinstance(collector, pytest.Module):
-            search = "HYPOTHESIS_SEARCH" in os.environ
-            thorough.SEARCH = search and thorough.comes(collector.nodeid)
+            thorough.SEARCH = thorough.searches(collector.nodeid)
         return (yield)
 
     @pytest.hookimpl(optionalhook=True)

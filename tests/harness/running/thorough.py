@@ -31,6 +31,11 @@ def comes(name: str) -> bool:
     return turn is None or zlib.crc32(name.encode()) % TURNS == int(turn)
 
 
+def searches(file: str) -> bool:
+    """Return whether a file searches in this run."""
+    return "HYPOTHESIS_SEARCH" in os.environ and comes(file)
+
+
 def thorough(*rows: object) -> list[Any]:
     """Return rows of ``parametrize`` that are played by ``./cell test --thorough`` only.
 
