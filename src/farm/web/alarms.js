@@ -60,7 +60,7 @@ function newRow(tell) {
     group: null,
     asked: null,
   };
-  row.why.placeholder = "Why, for an hour?";
+  row.why.placeholder = "Why, for 1 h?";
   row.acknowledge.addEventListener("click", () => mark({ word: "acknowledge", alarms: row.group.waiting }, tell));
   row.shelve.addEventListener("click", () => pressShelve(row, tell));
   row.why.addEventListener("keydown", ({ key }) => {
