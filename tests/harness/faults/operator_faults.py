@@ -123,7 +123,8 @@ def _decided(cell: FaultCell, since: float, event: str) -> float | None:
     try:
         return cell.noticed(since, events=(event,))
     except AssertionError as error:
-        print(f"a STOP was lost: {error}")
+        made = [(d.event, round(d.header.stamp.to_sec() - since, 3)) for d in cell.decided(since)]
+        print(f"a STOP was lost: {error}; decided since it [s]: {made}")
         return None
 
 
@@ -132,12 +133,18 @@ def _ended_itself(cell: FaultCell, moved: float, stopped: float) -> str:
 
     Empty if it had not. Before the stop it may end for any reason; after it only because a side was
     lost by a standstill of the machine, which the node sees that ran on that processor alone.
+
+    Raises:
+        AssertionError: A side was lost after the stop, and no node saw why. That ends a motion too,
+            so no stop is lost; only a standstill that is seen from here excuses it.
     """
     for decision in cell.decided(moved):
-        before = decision.header.stamp.to_sec() < stopped and decision.mode_after not in LEADERS
-        lost = decision.event == "LINK_LOST" and "this machine stood still" in decision.why
-        if before or lost:
-            return str(decision.why)
+        why, after = str(decision.why), decision.header.stamp.to_sec() - stopped
+        if after < 0.0 and decision.mode_after not in LEADERS:
+            return why
+        if decision.event == "LINK_LOST":
+            assert "this machine stood still" in why, f"{after:.3f} s behind the stop: {why}"
+            return why
     return ""
 
 

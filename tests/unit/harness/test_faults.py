@@ -16,6 +16,7 @@ from harness.faults.operator_faults import STOPS, noisy, stop_reaches_both
 from harness.faults.person_faults import stays_refused
 from harness.faults.rows import Row, repeated, worst
 from harness.processes import wait_until
+from harness.running.repeats import Notes
 from harness.wires.damage import Delayed, Sometimes
 
 NOTHING: dict[str, float] = {}
@@ -55,6 +56,41 @@ def test_a_stop_that_never_comes_on_a_wire_is_lost(monkeypatch: pytest.MonkeyPat
         assert broken(rows)["lost"] == len(STOPS)
         assert all(row.always for row in rows if row.metric == "lost")
     assert "lost" not in broken(stop_reaches_both(cell(seen, seen), Random(1), 1))
+
+
+@pytest.mark.parametrize(
+    ("why", "becomes"),
+    [
+        ("", "lost"),
+        ("real: this machine stood still for 0.11 s: no fresh data for 100 ms", "asked again"),
+        ("real: the robot did not answer in time", "a failure that a standstill may excuse"),
+    ],
+)
+def test_a_stop_that_nobody_decided_is_lost_unless_a_link_was(
+    monkeypatch: pytest.MonkeyPatch, why: str, becomes: str
+) -> None:
+    """A lost link ends the motion too: behind it there is nothing to stop."""
+    monkeypatch.setattr(operator_faults, "_stop", lambda cell, source: None)
+    monkeypatch.setattr(operator_faults, "NOTES", Notes())  # not of this run
+    asked: list[str] = []
+
+    def noticed(since: float, events: tuple[str, ...]) -> float:
+        asked.extend(events)
+        assert len(asked) > 1, "waited in vain"
+        return since
+
+    lost = SimpleNamespace(event="LINK_LOST", mode_after="OFFLINE", why=why)
+    lost.header = SimpleNamespace(stamp=SimpleNamespace(to_sec=lambda: time.time() + 1.0))
+    pair = cell(seen := {"seen": time.time() + 60.0}, seen)
+    pair.noticed, pair.decided = noticed, lambda since: [lost] if why else []
+    if becomes == "a failure that a standstill may excuse":
+        with pytest.raises(AssertionError, match="behind the stop: real: the robot did not"):
+            stop_reaches_both(pair, Random(1), 1)
+        return
+    assert broken(stop_reaches_both(pair, Random(1), 1)).get("lost") == (
+        1.0 if becomes == "lost" else None
+    )
+    assert len(asked) == len(STOPS) + (becomes == "asked again")
 
 
 @pytest.mark.parametrize("side", ["real", "twin"])
