@@ -45,6 +45,11 @@ class Standstill:
         gaps = self._gaps(now)
         return gaps[0][0] if gaps and now - gaps[-1][1] < WAITING_S else now
 
+    def found_by(self, now: float) -> float:
+        """Return until when what has waited in a gap is still being found [s]; ``now``: nothing."""
+        gaps = self._gaps(now)
+        return max(now, gaps[-1][1] + WAITING_S) if gaps else now
+
     def _gaps(self, now: float) -> tuple[tuple[float, float], ...]:
         """Return the gaps up to ``now`` in whose wake something may still come."""
         last, gaps = self._known

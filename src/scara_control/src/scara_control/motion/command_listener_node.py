@@ -14,7 +14,6 @@ from typing import Any
 import rospy
 from scara_ros.services.service_client_node import ServiceClient
 from scara_ros.services.service_connection_io import ServiceError
-from scara_ros.standstill import WAITING_S
 
 from scara_control.motion.commands import STOPPED_AGAIN
 from scara_control.motion.epoch import Epoch
@@ -161,13 +160,14 @@ class CommandListener:
     def hear_first(self) -> None:
         """Let a stop that waits be heard before us, if this node may have stood still.
 
-        To be called without the lock.
+        Whoever of the node's threads has noticed that first. To be called without the lock.
         """
         with self._lock:
-            gap = self._epoch.ran(time.monotonic())
+            now = time.monotonic()
+            gap = self._epoch.ran(now)
             if gap:
                 self._stood_still(gap)
-        deadline = time.monotonic() + (WAITING_S if gap else 0.0)
+            deadline = self._epoch.found_by(now)
         while time.monotonic() < deadline:
             time.sleep(_TURN_S)
             if not self._waits():

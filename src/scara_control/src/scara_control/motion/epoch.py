@@ -53,6 +53,10 @@ class Epoch:
         """Note that the node runs; return the gap before, in which it may have stood still [s]."""
         return self._standstill.seen(now)
 
+    def found_by(self, now: float) -> float:
+        """Return until when what waited while the node stood still may be found [s]."""
+        return self._standstill.found_by(now)
+
     def blocked(self, begin: float, now: float) -> None:
         """Note that a reader was busy since ``begin``: its next request may be as old as that."""
         self._standstill.blocked(begin, now)
