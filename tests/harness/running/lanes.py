@@ -1,7 +1,7 @@
 """Which test runs when, where several processes share one machine.
 
 ``./cell test`` runs seven parts: whole cells one at a time; then single nodes and what looks at the
-clock, four at a time; then pages in a browser, one at a time, beside what starts and ends programs
+clock, three at a time; then pages in a browser, one at a time, beside what starts and ends programs
 and judges no times, two at a time, and behind that beside more pages; and beside all of them what
 only computes, in two processes, in the processor time that those leave (decisions 0022 and 0037).
 The tests of one group go to one worker of pytest-xdist, one after the other; those of a shared cell
