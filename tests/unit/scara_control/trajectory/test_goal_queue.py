@@ -236,6 +236,24 @@ def test_a_goal_right_after_a_stop_waits_until_a_stream_is_listened_to_again(ben
     assert bench.refused == refused and bench.begun == ["b"]
 
 
+def test_a_goal_waits_so_too_where_its_server_heard_of_the_stop_first(bench: Bench) -> None:
+    """The state of joint_pose_controller, read behind it, still said that it follows."""
+    bench.accept("a", Goal(NAMES, (waypoint(4.0, THERE),)))  # slow: it stands at once
+    bench.run(0.1)
+    bench.desk.command(Command.ESTOP, "test")
+    bench.pose.command(Command.ESTOP, "test", bench.now)
+    assert bench.desk.tick(bench.now).end_stream
+    bench.until_ended()
+    bench.pose.command(Command.RESET, "", bench.now)
+    bench.step()
+    while bench.pose.report(bench.now).state != "idle":
+        bench.step()
+    refused = bench.refused
+    assert not bench.accept("b", GOAL)
+    assert bench.until_ended(2).code is Code.SUCCESSFUL
+    assert bench.refused == refused and bench.begun == ["b"]
+
+
 def test_a_goal_that_waits_behind_a_stop_is_not_dropped_for_a_newer_one(bench: Bench) -> None:
     """Its client would never hear of it: the newer one is refused, and the waiting one begins."""
     stop_a_goal(bench)

@@ -302,9 +302,8 @@ class GoalQueue:
     def _hold(self, running: _Running, now: float) -> Turn:
         """Hold the end until the twin controller has seen the pair at rest.
 
-        A stream that ends earlier counts as a stop.
-
-        The client is told once the stream has ended, so that its next command finds a free twin.
+        A stream that ends earlier counts as a stop. The client is told once it has ended, so that
+        its next command finds a free twin.
         """
         assert running.verdict is not None
         if running.closed_at is None:
@@ -323,9 +322,10 @@ class GoalQueue:
                 due = now + self._config.period
                 return Turn(Setpoints.due(running.execution.names, [due], [place]))
             running.closed_at = now
+            if running.stopped or not following:  # a stop may be heard before its state
+                self._quiet_until = now + QUIET * self._config.follow.timeout
             if following:
                 return Turn(end_stream=True)
-            self._quiet_until = now + QUIET * self._config.follow.timeout
         ending = self._state in (State.FOLLOWING, "stopping") and running.followed
         if ending and now - running.closed_at < self._config.trajectory.stream_timeout:
             return Turn()
