@@ -71,8 +71,12 @@ def test_set_points_are_taken_evenly_although_answers_come_unevenly(
 
 
 def test_each_is_decided_in_time_and_arrives_between_two_ticks() -> None:
-    """It arrives after the tick before its own, with most of the period to spare."""
-    for now, slot in decide(polls(5.0)):
+    """It arrives after the tick before its own, with most of the period to spare.
+
+    The first of all too, wherever in a period it is decided.
+    """
+    first = [each for k in range(20) for each in decide([100.0 + 0.1e-3 * k])]
+    for now, slot in decide(polls(5.0)) + first:
         assert now + PREPARED_S <= slot.send_at + 1e-9 <= now + POLL + 0.5 * SPACING + 1e-9
         early = slot.taken_at - (slot.send_at + WAY)
         assert 0.5 * TICK < early < TICK
