@@ -6,7 +6,7 @@ import re
 
 import pytest
 from harness.pair import HOME, SETUP, Pair, ramp, shifted
-from twin_controller.core.actions import Command
+from twin_controller.core.actions import Command, Decided
 from twin_controller.core.lead.modes import Mode
 from twin_controller.core.sides.pairing import deviation
 
@@ -147,3 +147,12 @@ def test_the_twin_leaves_the_robot_room_below_its_override(pair: Pair) -> None:
     pair.move_twin(ramp(HOME, AWAY, 1.0), run=0.5)
     assert pair.limit == pytest.approx(30.0 / SETUP.config.limit.override_margin)
     assert "override is 30 %" in pair.state.orders.speeds.reason
+
+
+def test_a_decision_that_asks_not_who_was_first_is_recorded_without_onsets(pair: Pair) -> None:
+    """Nor with how uncertain they are."""
+    before = len(pair.actions)
+    pair.operate("STOP")
+    (made,) = [action for action in pair.actions[before:] if isinstance(action, Decided)]
+    assert made.trigger == "STOP"
+    assert (made.onset_real, made.onset_twin, made.onset_uncertainty) == (None, None, 0.0)

@@ -173,6 +173,21 @@ def test_a_changed_program_is_given_up_where_it_changes() -> None:
     assert not any(foretold(seen, 0.46, 0.5))
 
 
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_joint_beside_its_place_is_no_round_of_that_path(side: float) -> None:
+    """On either side of it, though the others go on as before; it stood, so it is not just late."""
+    robot = Robot()
+
+    def beside(off: float, t: float) -> JointMotion:
+        there = moved(t)
+        q = (HOME[0] + (off if t >= 0.3 else 0.0), *there.q[1:])
+        return replace(there, q=q, qdot=(0.0, *there.qdot[1:]))
+
+    robot.drive(partial(beside, 0.0))
+    seen = robot.drive(partial(beside, 0.1 * side))
+    assert all(foretold(seen, 0.15, 0.3)) and not any(foretold(seen, 0.31, 0.5))
+
+
 def test_a_slower_round_is_not_foretold() -> None:
     """A robot whose override was turned down on the way: places match, velocities do not."""
     robot = Robot()

@@ -234,3 +234,15 @@ def test_an_order_for_what_is_shown_already_is_no_trouble(grippers: Grippers) ->
     grippers.twin_shows(False)
     grippers.twin_shows(True)
     assert orders(grippers.later(RETRY * (CONFIG.attempts + 2))) == [] and grippers.trouble == ""
+
+
+def test_an_order_that_took_another_back_is_kept_while_its_side_may_do_the_first(
+    grippers: Grippers,
+) -> None:
+    """It shows what was wanted last before it has done either; later that is the answer."""
+    grippers.real_shows(True)
+    assert orders(grippers.real_shows(False)) == [Grip("twin", False)]
+    grippers.later(0.1 * RETRY)
+    assert grippers.pair.state.orders.grips.twin is not None
+    grippers.later(RETRY)
+    assert grippers.pair.state.orders.grips.twin is None
