@@ -166,7 +166,7 @@ def mend(pair: Pair) -> None:
         if pair.mode in (Mode.ESTOP, Mode.FAULT):
             assert pair.operate("RESET").success, pair.why
             pair.run(0.5)
-    pair.operate("STOP")
+    pair.do("STOP")
     pair.until(Mode.STOPPED, 5.0)  # a clock that stood or jumped is believed again by then
     assert pair.operate("ALIGN").success, pair.why
     pair.until(Mode.IDLE, 30.0)
