@@ -18,6 +18,9 @@ from harness.workspace import workspace_environment
 T = TypeVar("T")
 
 _NUMBERS = itertools.count(1)
+QUEUE = 1000
+"""Messages that rospy holds per connection: its thread may stand while a test's own one goes on,
+and what a test has published must arrive."""
 
 
 class Master:
@@ -176,7 +179,7 @@ class Ros:
         import rospy
 
         received = [] if received is None else received
-        options = {"queue_size": 1000, "tcp_nodelay": True}
+        options = {"queue_size": QUEUE, "tcp_nodelay": True}
         subscriber = rospy.Subscriber(self.name(topic), kind, received.append, **options)
         self._handles.append(subscriber)
 
@@ -200,7 +203,7 @@ class Ros:
         import rospy
 
         publisher = rospy.Publisher(
-            self.name(topic), kind, **{"queue_size": 10, "tcp_nodelay": True, **options}
+            self.name(topic), kind, **{"queue_size": QUEUE, "tcp_nodelay": True, **options}
         )
         self._handles.append(publisher)
         wait_until(

@@ -17,6 +17,7 @@ import rospy
 from cell_recorder.reading.bag_reader_io import open_bag
 from diagnostic_msgs.msg import DiagnosticArray
 from harness.ros import Ros
+from harness.running.standstill import MACHINE
 from harness.running.thorough import thorough
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
@@ -96,6 +97,18 @@ def numbers(path: str | Path, topic: str) -> list[float]:
         return [message.position[0] for _, message, _ in bag.read_messages(topics=[topic])]
 
 
+def numbers_so_far(path: str | Path) -> list[float]:
+    """Return the first joint position of every message of a recording that need not have ended."""
+    with open_bag(Path(path)) as bag:
+        return [message.position[0] for _, message in bag.messages("twin/joint_states")]
+
+
+def wait_for_last(ros: Ros, path: str | Path, sent: list[float]) -> None:
+    """Wait until the file of a recording that goes on holds the last message that was sent."""
+    last = float(len(sent) - 1)
+    ros.wait_until(lambda: last in numbers_so_far(path), 10.0, "the last message in the file")
+
+
 def test_stop_answers_the_count_of_a_complete_bag(
     ros_module: Ros, recorder: tuple[Any, Any, Any]
 ) -> None:
@@ -109,7 +122,7 @@ def test_stop_answers_the_count_of_a_complete_bag(
     ros_module.wait_until(lambda: publisher.get_num_connections() == 1, 0.5, "its connection")
     with joint_states(publisher) as sent:
         ros_module.wait_until(lambda: len(sent) >= 200, 10.0, "200 messages")
-    time.sleep(0.2)  # the last message is on its way
+    wait_for_last(ros_module, started.path, sent)
     stopped = stop()
     assert stopped.success and stopped.path == started.path
     assert numbers(stopped.path, ros_module.name("twin/joint_states")) == [
@@ -157,15 +170,16 @@ def test_a_killed_recorder_loses_at_most_a_fifth_of_a_second(ros: Ros) -> None:
     publisher = ros.publisher("twin/joint_states", JointState, subscribers=0)
     path = Path(start().path)
     ros.wait_until(lambda: publisher.get_num_connections() == 1, 5.0, "its connection")
+    begun = MACHINE.now()
     with joint_states(publisher) as sent:
         ros.wait_until(lambda: len(sent) >= 400, 10.0, "400 messages")
         killed = rospy.get_rostime().to_sec()
         node.signal(signal.SIGKILL)
         node.wait(5.0)
     before = path.read_bytes()
-    with open_bag(path) as bag:
-        kept = [message.position[0] for _, message in bag.messages("twin/joint_states")]
-    due = [i for i, at in enumerate(sent) if at <= killed - 0.2]
+    kept = numbers_so_far(path)
+    # What is sent just before the machine stands still is received behind that.
+    due = [i for i, at in enumerate(sent) if at <= killed - 0.2 - MACHINE.stood_still(begun)]
     assert kept == [float(i) for i in range(len(kept))]
     assert len(kept) >= len(due) > 100
     assert path.read_bytes() == before, "the original is left alone"
@@ -181,7 +195,7 @@ def test_a_recorder_that_is_asked_to_end_closes_its_bag(ros: Ros, number: signal
     ros.wait_until(lambda: publisher.get_num_connections() == 1, 5.0, "its connection")
     with joint_states(publisher) as sent:
         ros.wait_until(lambda: len(sent) >= 50, 10.0, "50 messages")
-    time.sleep(0.2)  # the last message is on its way
+    wait_for_last(ros, path, sent)
     node.signal(number)
     node.wait(10.0)
     assert "Traceback" not in node.output
