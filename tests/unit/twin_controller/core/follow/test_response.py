@@ -254,8 +254,10 @@ def test_what_was_learned_earlier_is_believed_until_the_first_motion_says_otherw
     assert known(known_before, NUMBERS) and known_before.recalled
     same = after_move({0: 0.104}, known_before)
     assert not (same.recalled or same.changed) and same.doubt[1] < NUMBERS.known_ms * 1e-3
-    other = measured(UNKNOWN, replace(known_before, at=-1e9), side(0.45, {0: 0.15}))
-    assert other.changed and not other.recalled and other.pace == NUMBERS.first_percent
+    fell_behind = replace(known_before, at=-1e9, behind_at=60.0)
+    other = measured(UNKNOWN, fell_behind, side(0.45, {0: 0.15}))
+    assert other.changed and not other.recalled
+    assert (other.pace, other.behind_at) == (NUMBERS.first_percent, 100.0)
     follow = Follow(response=other)
     assert "otherwise than before" in follower_pace(UNKNOWN, follow, Sides(), 100.0, 0.0).reason
 
