@@ -82,6 +82,16 @@ def test_each_is_decided_in_time_and_arrives_between_two_ticks() -> None:
         assert 0.5 * TICK < early < TICK
 
 
+@pytest.mark.parametrize(("jitter", "behind"), [(0.0, 0.15), (0.1, 0.3), (1.0, 0.5)])
+def test_it_arrives_farther_behind_a_tick_that_is_known_roughly(
+    jitter: float, behind: float
+) -> None:
+    """By three standard deviations, but never beyond the middle of a period [periods]."""
+    slot, *_ = next_slots(100.0, 100.0, TICK, jitter * TICK, SPACING, POLL, WAY, None)
+    arrives = slot.send_at + WAY
+    assert arrives - (slot.taken_at - TICK) == pytest.approx(behind * TICK)
+
+
 def test_an_answer_that_comes_late_leaves_its_place_empty_and_keeps_the_rhythm() -> None:
     """After 35 ms of silence they go on in their old rhythm; none is made up for."""
     found = decide(
