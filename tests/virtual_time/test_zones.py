@@ -22,6 +22,7 @@ from harness.virtual_cell.files import CellFiles, load_files
 from harness.zones.moves import Outcome, ZoneCell, wrong_moves
 from scara_config import KeepOut
 from scara_config.programs.steps import MoveStep
+from scara_config.stopping import stops_command
 
 FEW, MANY, EACH = 4, 240, 8
 MOVES = int(os.environ.get("ZONE_MOVES", MANY if SEARCH else FEW))
@@ -75,7 +76,7 @@ def test_a_robot_that_was_stopped_too_late_says_that_it_stands_in_the_zone() -> 
         cell.wait_whatever(lambda: cell.decisions[-1].trigger == "IN_ZONE", 5.0, "IN_ZONE")
         said = re.fullmatch(
             r"the .* stands \d+ mm deep in keep-out zone wall: it brakes later than 10 ms, the "
-            r"profile's braking_delay_ms: rosrun robot_doctor doctor --stops measures it",
+            rf"profile's braking_delay_ms: {re.escape(stops_command(ROBOT))} measures it",
             cell.why,
         )
         assert cell.mode == "STOPPED" and said is not None, cell.why

@@ -32,7 +32,7 @@ STOPPING = """\
 # Without a means of stopping that was tried at its address a robot is followed, never led.
 stopping:
   uop: full
-  tried:                   # the stand-in only: rosrun robot_doctor doctor --stops
+  tried:                   # the stand-in only: rosrun robot_doctor doctor --robot NAME --stops
     hold: 127.0.0.1
     cstopi: 127.0.0.1
     imstp: 127.0.0.1

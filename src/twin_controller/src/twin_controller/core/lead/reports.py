@@ -7,6 +7,7 @@ one that obeys us.
 from __future__ import annotations
 
 import msgspec
+from scara_config.stopping import stops_command
 
 from twin_controller.core.actions import AnyAction
 from twin_controller.core.events import AnyEvent, MoveEnded, RealMeasured, TwinMotion
@@ -76,7 +77,7 @@ def note_in_zone(
     if not inside or before:
         return lead, []
     late = f"it brakes later than {1e3 * setup.braking_delay:g} ms, the profile's braking_delay_ms"
-    why = f"{inside}: {late}: rosrun robot_doctor doctor --stops measures it"
+    why = f"{inside}: {late}: {stops_command(setup.robot.name)} measures it"
     lead = replace(lead, why=why)
     lead, decision = record_notice(lead, "IN_ZONE", why, (), setup.config.decision_history, now)
     return lead, [decision]
