@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import signal
 import threading
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -97,16 +96,20 @@ def numbers(path: str | Path, topic: str) -> list[float]:
         return [message.position[0] for _, message, _ in bag.read_messages(topics=[topic])]
 
 
-def numbers_so_far(path: str | Path) -> list[float]:
-    """Return the first joint position of every message of a recording that need not have ended."""
+def so_far(path: str | Path, topic: str) -> list[Any]:
+    """Return the messages of a topic in the file of a recording, which need not have ended."""
     with open_bag(Path(path)) as bag:
-        return [message.position[0] for _, message in bag.messages("twin/joint_states")]
+        return [message for _, message in bag.messages(topic)]
 
 
 def wait_for_last(ros: Ros, path: str | Path, sent: list[float]) -> None:
     """Wait until the file of a recording that goes on holds the last message that was sent."""
-    last = float(len(sent) - 1)
-    ros.wait_until(lambda: last in numbers_so_far(path), 10.0, "the last message in the file")
+
+    def held() -> bool:
+        found = so_far(path, "twin/joint_states")
+        return bool(found) and found[-1].position[0] == len(sent) - 1
+
+    ros.wait_until(held, 10.0, "the last message in the file")
 
 
 def test_stop_answers_the_count_of_a_complete_bag(
@@ -145,10 +148,13 @@ def test_topics_that_appear_later_and_latched_ones_are_recorded(
     ).publish("configured")
     paths = []
     for name in ("first.bag", "second.bag"):
-        assert start(path=name).success
+        started = start(path=name)
+        assert started.success
         late = ros_module.publisher("experiment/marker", String, subscribers=1)
         late.publish("start it")
-        time.sleep(0.2)  # the message is on its way
+        ros_module.wait_until(
+            lambda path=started.path: so_far(path, "experiment/marker"), 10.0, "it in the file"
+        )
         paths.append(stop().path)
         late.unregister()
     for path in paths:
@@ -177,7 +183,7 @@ def test_a_killed_recorder_loses_at_most_a_fifth_of_a_second(ros: Ros) -> None:
         node.signal(signal.SIGKILL)
         node.wait(5.0)
     before = path.read_bytes()
-    kept = numbers_so_far(path)
+    kept = [message.position[0] for message in so_far(path, "twin/joint_states")]
     # What is sent just before the machine stands still is received behind that.
     due = [i for i, at in enumerate(sent) if at <= killed - 0.2 - MACHINE.stood_still(begun)]
     assert kept == [float(i) for i in range(len(kept))]
