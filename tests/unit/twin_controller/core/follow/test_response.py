@@ -125,6 +125,13 @@ def test_nothing_is_known_before_the_robot_has_followed() -> None:
     assert measured(UNKNOWN, response, still) == response
 
 
+@pytest.mark.parametrize(("end", "shows"), [(0.15, False), (0.19, False), (0.22, True)])
+def test_the_beginning_of_a_motion_says_nothing_of_a_delay(end: float, shows: bool) -> None:
+    """A joint has been away for ten readings first, from where the window finds it."""
+    start = replace(after_move({0: 0.1}, assumed(NUMBERS, SETUP.names)), at=-1e9)
+    assert (measured(UNKNOWN, start, side(end, {0: 0.1}, duration=0.3)) != start) == shows
+
+
 def test_what_was_measured_beforehand_is_known() -> None:
     """As the file says it, joint by joint."""
     before = {name: MeasuredJoint(20.0 + k, 50.0) for k, name in enumerate(SETUP.names)}
