@@ -114,6 +114,16 @@ def test_a_robot_that_stands_beside_a_zone_begins_slowly_and_one_that_moves_does
             assert (guard.start < 1.0) is slowed
 
 
+@pytest.mark.parametrize("led", [False, True])
+def test_what_hardly_moves_heads_into_a_zone_only_where_somebody_leads(led: bool) -> None:
+    """A robot at rest that its noise moves towards the table is no reason to stop the pair."""
+    setup, real = below(0.1), idle_pair().state.sides.real
+    qdot = (0.0, 0.0, -0.5e-3 * SETUP.config.separation.standstill_mm_s, 0.0)
+    shown = replace(real, history=(*real.history, replace(real.last, q=HOME, qdot=qdot)))
+    guard = judge_guard(setup, Guard(), shown, (-qdot[2], "tool"), led)
+    assert bool(guard.violation) is led
+
+
 def on_a_slide(carried: int, gap_mm: float) -> Setup:
     """Return the six-joint arm, a slide behind ``carried`` of its joints; a zone below its tool."""
     setup = Setup(load_robot(CONFIG / "robots" / "articulated_six"), SETUP.config)
