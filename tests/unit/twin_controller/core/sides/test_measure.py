@@ -21,7 +21,7 @@ from twin_controller.core.sides.measure import (
     twin_lost,
     twin_measured,
 )
-from twin_controller.core.sides.pairing import interpolate, paired
+from twin_controller.core.sides.pairing import apart_text, interpolate, paired
 from twin_controller.core.sides.side import RealSide, Sides, TwinSide
 from twin_controller.estimation.latch import Latch
 
@@ -217,6 +217,17 @@ def test_pairs_are_of_one_instant(pair: Pair) -> None:
     found = paired(pair.state.sides)
     assert found is not None and found[0].time == found[1].time
     assert paired(FRESH) is None
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_the_joint_that_is_farthest_away_is_named_on_either_side(pair: Pair, sign: float) -> None:
+    """By how far, and where it is and should be."""
+    sides = pair.state.sides
+    q = shifted(HOME, 0.3 * sign, -0.9 * sign)
+    moved = tuple(replace(each, q=q) for each in sides.twin.history)
+    text = apart_text(SETUP, replace(sides, twin=replace(sides.twin, history=moved)))
+    here, there = SETUP.to_border(q)[1], SETUP.to_border(HOME)[1]
+    assert text.startswith(f"joint_2 is 0.90 deg away, at {here:.2f} instead of {there:.2f} deg")
 
 
 @pytest.mark.parametrize(("noise", "widened"), [(0.0, False), (0.003, False), (0.01, True)])
