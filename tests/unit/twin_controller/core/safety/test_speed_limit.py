@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import re
 import sys
@@ -95,6 +96,9 @@ def test_the_fastest_pose_of_many_joints_is_sought_among_fewer(
     poses = max(looked, key=len)
     assert len(poses) == most
     assert np.ptp(poses[:, 1:], axis=0) == pytest.approx(2.0 * math.pi, rel=1e-3)
+    for one, other in itertools.combinations(poses[:, 1:].T, 2):
+        places = np.histogram2d(one, other, 4, [[-math.pi, math.pi]] * 2)[0]
+        assert places.min() > 0.75 * places.mean(), "two joints hardly move apart"
     random = np.random.default_rng(4)
     assert found >= max(
         fastest_point([point], tuple(q), tuple(random.choice([-1.0, 1.0], joints)))[0]
