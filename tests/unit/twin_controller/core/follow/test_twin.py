@@ -13,7 +13,8 @@ from harness.running.thorough import thorough
 from hypothesis import given
 from hypothesis import strategies as st
 from scara_control.joint_motion import AxisMotion, JointMotion
-from twin_controller.core.events import RealMeasured, TwinGripper
+from twin_controller.core.actions import FollowTwin
+from twin_controller.core.events import AnyEvent, RealMeasured, TwinGripper
 from twin_controller.core.follow.memory import RealFollows
 from twin_controller.core.follow.real import setpoint_spacing, stream_real, target_of, twin_course
 from twin_controller.core.follow.remembered import SPACING_S
@@ -111,11 +112,31 @@ def test_no_joint_is_thought_faster_to_speed_up_than_it_can_be(jerk: float) -> N
     """A difference of differences of readings is noisy; nor is a set point beyond a limit."""
     side, _ = turning(jerk)
     qddot, (point,) = go_on(SETUP, side)
-    assert abs(point.qddot[0]) <= SETUP.acceleration[0] + 1e-9
+    assert point.qddot[0] == pytest.approx(np.copysign(SETUP.acceleration[0], jerk))
     assert abs(qddot[0]) <= SETUP.acceleration[0]
     at_end = replace(side.history[-1], q=(SETUP.upper[0], *HOME[1:]), qdot=(9.0, 0.0, 0.0, 0.0))
     side = replace(side, history=(*side.history[:-1], at_end))
     assert go_on(SETUP, side)[1][0].q[0] <= SETUP.upper[0]
+
+
+def test_where_the_twin_was_told_to_go_on_to_counts_when_it_is_due(
+    pair: Pair, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Not at once: what the twin does about it is an echo then, and a motion of its own before."""
+    feed = pair.feed
+
+    def without_speeds(event: AnyEvent) -> None:
+        if isinstance(event, RealMeasured):
+            event = replace(event, motion=replace(event.motion, qdot=()))
+        feed(event)
+
+    monkeypatch.setattr(pair, "feed", without_speeds)
+    pair.start_program(ramp(HOME, shifted(HOME, 60.0), 2.0), run=1.0)
+    here, there = pair.made(FollowTwin)[-1].points
+    (first, place), (then, goes_on) = pair.state.sides.twin.tube.commands[-2:]
+    assert then - first == pytest.approx(there.time - here.time) and there.time > here.time
+    for point, told in ((here, place), (there, goes_on)):
+        assert told == pytest.approx(SETUP.to_border(point.q))
 
 
 def test_a_small_gap_is_closed_at_once_and_a_large_one_at_alignment_speed() -> None:
