@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import signal
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 import rosbag
 import rospy
-from cell_recorder.reading.bag_reader_io import open_bag
+from cell_recorder.reading.bag_reader_io import BagError, open_bag
 from diagnostic_msgs.msg import DiagnosticArray
 from harness.ros import Ros
 from harness.running.standstill import MACHINE
@@ -102,14 +102,23 @@ def so_far(path: str | Path, topic: str) -> list[Any]:
         return [message for _, message in bag.messages(topic)]
 
 
-def wait_for_last(ros: Ros, path: str | Path, sent: list[float]) -> None:
-    """Wait until the file of a recording that goes on holds the last message that was sent."""
+def wait_for(ros: Ros, path: str | Path, topic: str, such_that: Callable[[Any], bool]) -> None:
+    """Wait until the newest message of a topic is such in the file of a recording that goes on."""
 
     def held() -> bool:
-        found = so_far(path, "twin/joint_states")
-        return bool(found) and found[-1].position[0] == len(sent) - 1
+        try:
+            found = so_far(path, topic)
+        except BagError:
+            return False  # nothing was written yet
+        return bool(found) and such_that(found[-1])
 
-    ros.wait_until(held, 10.0, "the last message in the file")
+    ros.wait_until(held, 10.0, f"{topic} in the file")
+
+
+def wait_for_last(ros: Ros, path: str | Path, sent: list[float]) -> None:
+    """Wait until the file of a recording that goes on holds the last joint state that was sent."""
+    last = float(len(sent) - 1)
+    wait_for(ros, path, "twin/joint_states", lambda message: message.position[0] == last)
 
 
 def test_stop_answers_the_count_of_a_complete_bag(
@@ -152,9 +161,7 @@ def test_topics_that_appear_later_and_latched_ones_are_recorded(
         assert started.success
         late = ros_module.publisher("experiment/marker", String, subscribers=1)
         late.publish("start it")
-        ros_module.wait_until(
-            lambda path=started.path: so_far(path, "experiment/marker"), 10.0, "it in the file"
-        )
+        wait_for(ros_module, started.path, "experiment/marker", lambda _: True)
         paths.append(stop().path)
         late.unregister()
     for path in paths:
