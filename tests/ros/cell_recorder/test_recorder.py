@@ -192,7 +192,8 @@ def test_a_killed_recorder_loses_at_most_a_fifth_of_a_second(ros: Ros) -> None:
     before = path.read_bytes()
     kept = [message.position[0] for message in so_far(path, "twin/joint_states")]
     # What is sent just before the machine stands still is received behind that.
-    due = [i for i, at in enumerate(sent) if at <= killed - 0.2 - MACHINE.stood_still(begun)]
+    last = killed - 0.2 - MACHINE.stood_still(begun)
+    due = [i for i, at in enumerate(sent) if at <= last]
     assert kept == [float(i) for i in range(len(kept))]
     assert len(kept) >= len(due) > 100
     assert path.read_bytes() == before, "the original is left alone"
