@@ -56,8 +56,8 @@ class WearingCell:
         to it in vain, and a cycle whose beginning nobody heard is another one.
         """
         return (
-            self._ros.publisher("real/joint_states", JointState, queue_size=1000),
-            self._ros.publisher("twin/joint_states", JointState, queue_size=1000),
+            self._ros.publisher("real/joint_states", JointState),
+            self._ros.publisher("twin/joint_states", JointState),
             self._ros.publisher("real/robot_data", RobotData, subscribers=2),
         )
 
