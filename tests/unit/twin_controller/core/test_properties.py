@@ -162,6 +162,8 @@ def mend(pair: Pair) -> None:
         if not getattr(pair, f"{side}_up"):
             pair.link(side, True)
     pair.run(1.5)
+    # One that was set back by less than a jump is so only after many readings that contradict it.
+    pair.run_until(lambda: _clocks_agree(pair), 5.0)
     for _ in range(3):
         if pair.mode in (Mode.ESTOP, Mode.FAULT):
             assert pair.operate("RESET").success, pair.why
@@ -170,6 +172,12 @@ def mend(pair: Pair) -> None:
     pair.until(Mode.STOPPED, 5.0)  # a clock that stood or jumped is believed again by then
     assert pair.operate("ALIGN").success, pair.why
     pair.until(Mode.IDLE, 30.0)
+
+
+def _clocks_agree(pair: Pair) -> bool:
+    sides, lead = pair.state.sides, pair.state.lead
+    sure = not any(side.clock.conflicts for side in (sides.real, sides.twin))
+    return sure and sides.usable and lead.links_up
 
 
 def works_both_ways(pair: Pair) -> None:
