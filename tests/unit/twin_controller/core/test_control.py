@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+import msgspec
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -221,3 +222,13 @@ def test_there_is_never_a_second_holder(steps: list[tuple[str, Seat, bool]]) -> 
         assert control.asker == NOBODY or control.holder not in (NOBODY, control.asker)
         if control.holder == NOBODY:
             assert control == FREE, "nothing is left of who has gone"
+
+
+def test_who_gets_control_next_is_said() -> None:
+    """The one who asks for it, or nobody."""
+    gone = 1e3
+    for control, said in ((HELD, "control is free"), (ASKED, "control goes to foreman 2")):
+        control = msgspec.structs.replace(control, asker_seen=gone, asked=gone)
+        lost = expire(control, gone, KEEP_S, ANSWER_S)
+        assert lost is not None
+        assert lost.text == f"fitter 1 gives no sign of life: {said}"

@@ -135,6 +135,26 @@ def test_a_hold_on_the_robots_side_ends_once(pair: Pair, resumed_by: str) -> Non
     assert len(pair.triggers(since)) == 3
 
 
+def test_a_program_that_has_not_shown_its_pause_yet_cannot_be_resumed(pair: Pair) -> None:
+    """START lets a paused program go on, and this one is about to pause."""
+    pair.start_program(ramp(HOME, AWAY, 3.0), run=1.0)
+    pair.do("PAUSE")
+    refused = pair.operate("RESUME")
+    assert not refused.success and "has not shown the pause yet" in refused.message
+    pair.run(1.0)
+    pair.do("RESUME", 0.5)
+    assert pair.mode is Mode.REAL_LEADS
+
+
+def test_a_stream_that_has_not_shown_its_pause_yet_is_resumed(pair: Pair) -> None:
+    """The robot goes on by set points, which begin anew wherever it is by then."""
+    pair.move_twin(ramp(HOME, AWAY, 3.0), run=1.0)
+    pair.do("PAUSE")
+    pair.do("RESUME")
+    pair.until(Mode.IDLE, 8.0)
+    assert pair.far() < 0.05
+
+
 def test_a_robot_that_stays_held_after_resume_pauses_the_twin_again(pair: Pair) -> None:
     """The twin does not go on alone."""
     pair.move_twin(ramp(HOME, AWAY, 6.0), run=1.0)

@@ -26,6 +26,7 @@ AWAY = shifted(HOME, 20.0, -30.0, 40.0, 10.0)
         ),
         ("MOVE", (0.5, float("inf"), 0.1), 10.0, "three finite coordinates"),
         ("MOVE", (0.5, 0.1, 0.1), 101.0, "speed_percent = 101"),
+        ("HOME", (), 0.5, r"speed_percent = 0.5 is neither 0 \(default\) nor in \[1, 100\]"),
         ("SPEED", (), 0.0, r"speed_percent = 0 is outside \[1, 100\]"),
         ("DANCE", (), 0.0, "unknown command 'DANCE'"),
     ],
@@ -84,6 +85,20 @@ def test_a_robot_that_does_not_start_its_stream_is_a_fault(pair: Pair) -> None:
     pair.move_twin(ramp(HOME, AWAY, 4.0), run=1.5)
     assert pair.mode == "FAULT"
     assert pair.performed().count(Command.START_STREAM) == SETUP.config.stream.attempts
+
+
+def test_a_set_point_that_may_not_be_sent_stops_both_and_says_which(pair: Pair) -> None:
+    """A twin leaps, as no robot can: nothing is repaired, and nothing left out."""
+    pair.jog_twin(ramp(HOME, AWAY, 4.0), pair.now)
+    pair.until(Mode.TWIN_LEADS)
+    pair.run(0.5)
+    since, real = len(pair.actions), pair.real_q
+    pair.jog_twin(lambda t: shifted(HOME, 90.0), pair.now)
+    pair.run(0.2)
+    assert pair.triggers()[-1] == "REJECTED" and pair.mode is Mode.STOPPED
+    assert "joint_1" in pair.why and pair.decisions()[-1].why == pair.why
+    assert {Command.STOP_REAL, Command.STOP_TWIN} <= set(pair.performed(since))
+    assert pair.real_q == pytest.approx(real, abs=0.05)
 
 
 def test_the_pair_coming_apart_pauses_both_until_acknowledged(pair: Pair) -> None:

@@ -11,6 +11,7 @@ import pytest
 from harness.pair import HOME, SETUP, idle_pair, ramp, shifted
 from twin_controller.core.actions import StreamAhead
 from twin_controller.core.events import AnyEvent, RealMeasured
+from twin_controller.core.follow.ahead import LONGEST_S, SHORTEST_S, UNPLANNED, arrives_within
 from twin_controller.core.lead.modes import Mode
 
 replace = msgspec.structs.replace
@@ -62,6 +63,45 @@ def test_no_number_gets_another_time(monkeypatch: pytest.MonkeyPatch) -> None:
                 given[point.number] = point.clock_ms
         seen = len(pair.actions)
     assert len(given) > 50 and pair.mode == Mode.TWIN_LEADS
+
+
+def test_without_a_plan_set_points_reach_until_the_next_answer_and_half_a_spacing_more() -> None:
+    """Those further ahead would be guesses; fewer would leave the robot without one."""
+    pair, ends = idle_pair(places=10), list[float]()
+    stream, answers_s = SETUP.config.stream, 1e-3 * SETUP.config.real.poll_period_ms
+    spacing_s = 1e-3 * stream.ahead_period_ms
+    pair.jog_twin(ramp(HOME, AWAY, 4.0), pair.now)
+    pair.until(Mode.TWIN_LEADS)
+    since = len(pair.actions)
+    for _ in range(800):
+        pair.run(0.001)
+        follows, real = pair.state.follow.real, pair.state.sides.real
+        if follows is not None and pair.made(StreamAhead, since):
+            since = len(pair.actions)
+            ends.append(follows.told[-1].t - pair.now - arrives_within(real))
+    # The robot's clock is read in steps of 2 ms.
+    most = answers_s + UNPLANNED * spacing_s
+    assert len(ends) > 30 and most - 0.0021 < max(ends) <= most + 1e-9
+
+
+@pytest.mark.parametrize(
+    ("round_trip", "within"), [(0.0, SHORTEST_S), (0.004, 0.012), (1.0, LONGEST_S)]
+)
+def test_a_set_point_is_under_way_for_some_round_trips(round_trip: float, within: float) -> None:
+    """One that comes too soon would still be changed, and one for too late is a guess."""
+    real = idle_pair().state.sides.real
+    late = replace(real, clock=replace(real.clock, round_trip=round_trip))
+    assert arrives_within(late) == pytest.approx(within)
+
+
+def test_the_first_number_is_the_one_behind_what_the_robot_has_taken() -> None:
+    """It would take any other for one that it has missed, or that is far ahead."""
+    pair = idle_pair(places=10)
+    pair.ring_read = 7
+    pair.run(0.1)
+    pair.move_twin(ramp(HOME, AWAY, 2.0), run=0.5)
+    first = pair.made(StreamAhead)[0].points[0]
+    assert first.number == 8
 
 
 def test_one_that_is_held_back_counts_until_the_robot_has_it() -> None:

@@ -18,7 +18,13 @@ from twin_controller.core.follow.limit import (
     slow_setpoint,
 )
 from twin_controller.core.follow.memory import RealFollows
-from twin_controller.core.follow.real import SMOOTHING_RATE, bounds_of, judged, reckon
+from twin_controller.core.follow.real import (
+    BELOW,
+    bounds_of,
+    judged,
+    reckon,
+    setpoint_spacing,
+)
 from twin_controller.core.follow.response import Response
 from twin_controller.core.follow.schedule import SendSlot
 from twin_controller.core.sides.side import Sides, TwinSide
@@ -169,6 +175,23 @@ def test_a_twin_without_a_plan_may_speed_up_within_its_delay(share: float, passe
     assert isinstance(found, Rejected) != passes, found
 
 
+@pytest.mark.parametrize(("after", "counts"), [(0.25, 0.25), (1.0, 1.0), (5.0, 1.0)])
+def test_a_set_point_goes_as_far_as_the_time_since_the_last_one_allows(
+    after: float, counts: float
+) -> None:
+    """In parts of a spacing; where set points were left out the robot has stood meanwhile."""
+    now, sides = 10.0, Sides(twin=TwinSide(history=(JointMotion.at_rest(Q),), seen=10.0))
+    spacing = setpoint_spacing(SETUP, sides.real) or 0.0
+    # What the twin asks for stays where it is, far from what the robot was told.
+    there = replaced(0, Q[0] + 1.0)
+    told = RealFollows(told=(RobotSetpoint(Q, t=now, asked=there),), delay=SURE)
+    slot = SendSlot(now, now + after * spacing)
+    found = judged(SETUP, told, sides, slot, there, 50.0, now)
+    assert not isinstance(found, Rejected)
+    step = found[0].q[0] - Q[0]
+    assert step == pytest.approx(BELOW * 0.5 * BOUNDS.velocity[0] * counts * spacing)
+
+
 def test_what_a_set_point_reckons_with_changes_by_a_part_of_the_time_that_has_passed() -> None:
     """A jump of the delay would be a jump of the set points; without one before all is taken."""
     found = Response(delay=(0.3,) * 4, smoothing=(1.0,) * 4, doubt=SURE, pace=100.0)
@@ -177,7 +200,8 @@ def test_what_a_set_point_reckons_with_changes_by_a_part_of_the_time_that_has_pa
     most = 1e-2 * SETUP.config.response.change_percent
     later = reckon(SETUP, follows, 10.5, found)
     assert later.delay == pytest.approx((0.1 + 0.5 * most,) * 4)
-    assert later.smoothing == pytest.approx((0.5 * SMOOTHING_RATE,) * 4)
+    # Two milliseconds squared for each second: a smoothing of 50 ms comes within 1.3 s.
+    assert later.smoothing == pytest.approx((0.001,) * 4)
     for first in (RealFollows(), RealFollows(told=(last,)), RealFollows(delay=(0.1,) * 4)):
         taken = reckon(SETUP, first, 10.5, found)
         assert (taken.delay, taken.smoothing) == (found.delay, found.smoothing)

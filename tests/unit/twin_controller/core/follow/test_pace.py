@@ -52,6 +52,15 @@ def test_what_is_not_known_of_a_delay_costs_a_part_of_the_reach(doubt: float) ->
     assert "about 100 ms" in found.reason
 
 
+def test_each_joint_moves_the_tool_by_its_longest_lever() -> None:
+    """About the two vertical axes by what is left of the arm, along the slide by the slide."""
+    (first, second, slide, _), arm = SETUP.tool_speeds, SETUP.robot.geometry
+    assert arm is not None
+    assert first == pytest.approx(1e-3 * (arm.l1_mm + arm.l2_mm) * SETUP.velocity[0])
+    assert second == pytest.approx(1e-3 * arm.l2_mm * SETUP.velocity[1])
+    assert slide == pytest.approx(SETUP.velocity[2])
+
+
 def test_only_the_joints_that_move_count() -> None:
     """A joint that has never moved holds up no other; where nobody says, any may move."""
     pair = idle_pair()

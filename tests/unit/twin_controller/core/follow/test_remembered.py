@@ -132,6 +132,10 @@ def test_a_path_begins_with_its_rest_at_no_time() -> None:
     steps = [after.time - before.time for before, after in pairwise(path.points)]
     assert steps == pytest.approx([PERIOD_S] * len(steps))
     assert DURATION_S - 0.1 < path.points[-1].time <= DURATION_S + 2.0 * PERIOD_S
+    assert path.duration == path.points[-1].time
+    assert path.at(path.duration + 1.0).q == path.end == path.points[-1].q
+    assert path.at(-1.0).q == path.begin == path.points[0].q
+    assert path.points[0].qddot == path.points[-1].qddot == STILL
 
 
 def test_nothing_is_foretold_of_a_robot_at_rest() -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import msgspec
 import numpy as np
 import pytest
@@ -15,7 +17,9 @@ from twin_controller.core.follow.memory import Follow
 from twin_controller.core.follow.pace import follower_pace
 from twin_controller.core.follow.response import (
     FIRST_SPREAD_S,
+    JUMP_GAIN,
     Response,
+    _joined,
     _led,
     assumed,
     begun,
@@ -26,7 +30,7 @@ from twin_controller.core.follow.response import (
 from twin_controller.core.setup import Setup
 from twin_controller.core.sides.echo import EchoTube
 from twin_controller.core.sides.side import RealSide, Sides
-from twin_controller.estimation.delay import fit_joint
+from twin_controller.estimation.delay import Fit, fit_joint
 
 replace = msgspec.structs.replace
 CONFIG = load_twin_controller(ROBOT)
@@ -172,8 +176,13 @@ def test_a_smoothing_that_has_changed_is_approached_and_not_passed(
 def test_a_robot_that_keeps_up_is_led_faster() -> None:
     """Only while it is led with nearly as much as it has shown: slow motion proves nothing."""
     start = replace(after_move({0: 0.1}, assumed(NUMBERS, SETUP.names)), pace=20.0)
-    faster = after_move({0: 0.1}, start)
-    assert 20.0 < faster.pace <= 100.0 and faster.behind_at == 100.0
+    paces, faster = [20.0], replace(start, at=-1e9)
+    for end in np.arange(0.1, 1.1, 0.05):
+        faster = measured(UNKNOWN, faster, side(float(end), {0: 0.1}, noise=0.003))
+        paces.append(faster.pace)
+    steps = {round(after / before, 6) for before, after in pairwise(paces)}
+    assert steps == {1.0, 1.1} and faster.behind_at == 100.0
+    assert after_move({0: 0.1}, replace(start, behind_at=21.0)).pace == 20.0
     slow = after_move({0: 0.1}, replace(start, pace=90.0))
     assert slow.pace == 90.0
 
@@ -239,6 +248,33 @@ def test_a_stream_that_begins_may_be_late_otherwise_than_the_one_before() -> Non
     same = after_move({0: 0.109}, begun(UNKNOWN, later, ahead=False))
     assert same.spread < later.spread and not same.begun
     assert begun(UNKNOWN, assumed(NUMBERS, SETUP.names), ahead=False).begun == ()
+
+
+@pytest.mark.parametrize(
+    ("delay", "doubt", "part"),
+    [(0.06, 1e-3, JUMP_GAIN), (0.14, 1e-3, JUMP_GAIN), (0.101, 1e-3, 0.2), (0.2, 1e-4, 0.8)],
+)
+def test_a_delay_that_has_changed_counts_at_once_for_a_good_part(
+    delay: float, doubt: float, part: float
+) -> None:
+    """However well the old one was known; else by what both are known to [s]."""
+    sure = replace(after_move({0: 0.1}, assumed(NUMBERS, SETUP.names)), begun=(), recalled=False)
+    before = replace(sure, delay=(0.1,) * len(HOME), doubt=(0.5 * doubt,) * len(HOME))
+    if part > JUMP_GAIN:
+        before = replace(before, doubt=(2.0 * doubt,) * len(HOME))
+    found = _joined(before, {0: Fit(delay, 0.0, doubt)}, NUMBERS)
+    assert (found.delay[0] - 0.1) / (delay - 0.1) == pytest.approx(part)
+    assert found.delay[1:] == before.delay[1:]
+
+
+def test_what_several_joints_show_counts_for_the_others_in_the_mean() -> None:
+    """Until they are seen themselves: delay and smoothing alike."""
+    hardly = assumed(NUMBERS, SETUP.names)
+    seen = {0: Fit(0.09, 2e-4, 1e-4), 1: Fit(0.11, 4e-4, 1e-4)}
+    found = _joined(hardly, seen, NUMBERS)
+    assert found.delay[2:] == pytest.approx((0.1,) * (len(HOME) - 2), rel=0.01)
+    mean = 0.5 * (found.smoothing[0] + found.smoothing[1])
+    assert found.smoothing[2:] == pytest.approx((mean,) * (len(HOME) - 2))
 
 
 def test_a_joint_that_was_never_seen_stays_as_late_as_those_that_were() -> None:

@@ -10,15 +10,29 @@ import pytest
 from harness.pair import HOME, ROBOT, SETUP, Pair, idle_pair, ramp, shifted
 from harness.parts import changed
 from harness.running.thorough import thorough
+from harness.sides import FOLLOW_TIMEOUT
 from hypothesis import given
 from hypothesis import strategies as st
 from scara_control.joint_motion import AxisMotion, JointMotion
-from twin_controller.core.actions import FollowTwin
+from twin_controller.core.actions import FollowTwin, StreamReal
 from twin_controller.core.events import AnyEvent, RealMeasured, TwinGripper
-from twin_controller.core.follow.memory import RealFollows
-from twin_controller.core.follow.real import setpoint_spacing, stream_real, target_of, twin_course
+from twin_controller.core.follow.blend import begin_blend, sample_blend
+from twin_controller.core.follow.memory import RealFollows, TwinFollows
+from twin_controller.core.follow.real import (
+    PLANNED,
+    UNPLANNED,
+    setpoint_spacing,
+    stream_real,
+    target_of,
+    twin_course,
+)
 from twin_controller.core.follow.remembered import SPACING_S
-from twin_controller.core.follow.twin import close_gap, estimate_acceleration, go_on
+from twin_controller.core.follow.twin import (
+    close_gap,
+    estimate_acceleration,
+    follow_twin,
+    go_on,
+)
 from twin_controller.core.lead.modes import Mode
 from twin_controller.core.setup import Setup
 from twin_controller.core.sides.side import RealSide, TwinSide
@@ -139,12 +153,67 @@ def test_where_the_twin_was_told_to_go_on_to_counts_when_it_is_due(
         assert told == pytest.approx(SETUP.to_border(point.q))
 
 
-def test_a_small_gap_is_closed_at_once_and_a_large_one_at_alignment_speed() -> None:
+@pytest.mark.parametrize(("part", "rests"), [(0.9, True), (1.1, False)])
+def test_a_speed_counts_by_where_it_would_lead_the_twin(
+    pair: Pair, part: float, rests: bool
+) -> None:
+    """Until it would stop without another set point: ``part`` of what is no rest."""
+    sides, change = pair.state.sides, SETUP.config.change
+    fastest = 2.0 * change.still_tolerance / FOLLOW_TIMEOUT
+    follows: TwinFollows | None = TwinFollows(since=0.0)
+    for late, rate in ((0.0, 0.0), (0.01, part * fastest)):
+        qdot = (rate * SETUP.scale[0], *(0.0,) * (len(HOME) - 1))
+        history = tuple(replace(each, qdot=qdot) for each in sides.real.history)
+        real = replace(sides.real, history=history, noise=0.0)
+        remembered, now = pair.state.follow.remembered, pair.now + late
+        follows, _ = follow_twin(SETUP, follows, replace(sides, real=real), remembered, now)
+    assert follows is not None
+    assert (follows.told.still_since < pair.now) is rests
+
+
+@pytest.mark.parametrize("state", ["announcing", "moving", "stopping", "idle", "following"])
+def test_nothing_is_sent_to_a_twin_before_its_own_motion_has_ended(pair: Pair, state: str) -> None:
+    """It would take none of it; the gap is closed from where it is then. Once begun it goes on."""
+    sides = changed(pair.state.sides, twin__motion__state=state)
+    remembered, waits = pair.state.follow.remembered, TwinFollows(since=0.0)
+    own = state in ("announcing", "moving", "stopping")
+    follows, told = follow_twin(SETUP, waits, sides, remembered, pair.now)
+    assert (told is None) is own and (follows == waits) is own
+    begun = replace(waits, blend=begin_blend((0.0,) * len(HOME), pair.now, SETUP.align_speeds()))
+    assert follow_twin(SETUP, begun, sides, remembered, pair.now)[1] is not None
+
+
+@pytest.mark.parametrize("end", [SETUP.lower[0], SETUP.upper[0]])
+def test_a_joint_that_the_gap_takes_beyond_its_end_waits_there(pair: Pair, end: float) -> None:
+    """The others go on as the robot does, with what is left of the gap closing."""
+    sides, outward = pair.state.sides, float(np.sign(end))
+    q = (end - 0.05 * outward, *HOME[1:])
+    qdot = (0.3 * outward, 0.2, 0.0, 0.0)
+    rows = [replace(each, q=q, qdot=qdot) for each in sides.real.history]
+    gap = begin_blend((0.1 * outward, 0.1, 0.0, 0.0), rows[-1].time, SETUP.align_speeds())
+    gap = replace(gap, start=gap.start - 0.2 * gap.duration)
+    (_, left, *_), (_, rate, *_), (_, curve, *_) = sample_blend(gap, rows[-1].time)
+    assert left > 0.05 and rate < 0.0 and curve < 0.0
+    real = replace(sides.real, history=tuple(rows))
+    follows = TwinFollows(since=0.0, slowly=True, blend=gap)
+    _, told = follow_twin(
+        SETUP, follows, replace(sides, real=real), pair.state.follow.remembered, pair.now
+    )
+    assert told is not None
+    here = told.points[0]
+    assert (here.q[0], here.qdot[0], here.qddot[0]) == (end, 0.0, 0.0)
+    assert (here.q[1], here.qdot[1]) == pytest.approx((q[1] + left, 0.2 + rate))
+    assert here.qddot[1] == pytest.approx(curve)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_small_gap_is_closed_at_once_and_a_large_one_at_alignment_speed(sign: float) -> None:
     """What late detection leaves would else be carried through the whole motion."""
     config = SETUP.config.align
-    small = close_gap(SETUP, tuple(0.9 * config.catch_up * scale for scale in SETUP.scale), 0.0)
+    catch_up = tuple(sign * config.catch_up * scale for scale in SETUP.scale)
+    small = close_gap(SETUP, tuple(0.9 * gap for gap in catch_up), 0.0)
     assert small.duration <= config.catch_up_ms * 1e-3 + 1e-12
-    gap = tuple(20.0 * config.catch_up * scale for scale in SETUP.scale)
+    gap = tuple(20.0 * gap for gap in catch_up)
     large = close_gap(SETUP, gap, 0.0)
     slowest = max(1.875 * abs(g) / v for g, v in zip(gap, SETUP.align_speeds()))
     assert large.duration == pytest.approx(slowest)
@@ -182,6 +251,20 @@ def test_without_a_plan_the_twins_last_state_is_carried_on_but_not_far() -> None
     for local, ahead in ((last.time + 0.05, 0.05), (last.time + 5.0, 0.2), (last.time - 1.0, 0.0)):
         q = places(twin, local, local)
         assert q == pytest.approx(tuple(a + v * ahead for a, v in zip(last.q, last.qdot)))
+
+
+def test_a_plan_counts_while_the_twin_was_last_seen_to_follow_it() -> None:
+    """By when it was seen, however late it is now: it goes on to the plan's end and stays there."""
+    pair, start = moving_pair()
+    twin = pair.state.sides.twin
+    assert twin.plan is not None and twin.seen is not None
+    late = twin.clock.to_local(twin.plan.end) + 0.01
+    end = ramp(HOME, shifted(HOME, 40.0), 1.0)(late - 0.01 - start)
+    assert places(twin, late, late + 1.0)[0] >= end[0] - 1e-3
+    unseen = replace(twin, seen=None)
+    assert places(unseen, pair.now, pair.now) == places(twin, pair.now, pair.now)
+    carried = places(replace(twin, plan=None), late, late)
+    assert places(unseen, late, late) == carried != places(twin, late, late)
 
 
 def test_a_plan_that_is_over_is_not_used() -> None:
@@ -281,6 +364,27 @@ def test_one_damaged_speed_before_the_pair_rests_leads_nobody(
         pair.until(Mode.IDLE)
         assert pair.far() < 0.05
     assert 0.1 < after < 0.49
+
+
+@pytest.mark.parametrize(("jogs", "longer"), [(False, PLANNED), (True, UNPLANNED)])
+def test_set_points_are_decided_until_the_next_answer_and_a_plans_further_ahead(
+    jogs: bool, longer: float
+) -> None:
+    """So many spacings more; without a plan those further ahead would be guesses."""
+    pair, ends = idle_pair(), list[float]()
+    move = pair.jog_twin if jogs else lambda path, _: pair.move_twin(path)
+    move(ramp(HOME, shifted(HOME, 40.0), 4.0), pair.now)
+    pair.until(Mode.TWIN_LEADS)
+    pair.run(0.5)
+    since = len(pair.actions)
+    for _ in range(500):
+        pair.run(0.001)
+        ends += [one.send_at - pair.now for one in pair.made(StreamReal, since)]
+        since = len(pair.actions)
+    real = pair.state.sides.real
+    spacing = setpoint_spacing(SETUP, real) or 0.0
+    most = max(1e-3 * SETUP.config.real.poll_period_ms, real.period) + longer * spacing
+    assert len(ends) > 30 and most - 0.5 * spacing < max(ends) <= most + 1e-9
 
 
 @pytest.mark.parametrize(

@@ -173,6 +173,7 @@ def test_an_answer_to_an_older_move_says_nothing_of_the_newer_one(pair: Pair) ->
     begun = len(pair.decisions())
     newer = pair.operate("MOVE_JOINTS", target=(0.2, 0.2, -0.1, 0.0))
     assert older.success and newer.success
+    assert (number, pair.made(MoveTwin)[-1].number) == (1, 2)
     waits = msgspec.structs.replace(pair.state.lead, move_pending=True, move_failed="")
     pair.state = msgspec.structs.replace(pair.state, lead=waits)
     pair.feed(MoveEnded(pair.now, False, "cancelled by STOP", number))

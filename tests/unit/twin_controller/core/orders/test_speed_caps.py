@@ -5,13 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 
 import pytest
-from harness.pair import HOME, SETUP
+from harness.pair import HOME, SETUP, idle_pair
+from harness.parts import changed
 from hypothesis import example, given
 from hypothesis import strategies as st
 from msgspec.structs import replace
 from scara_control.joint_motion import JointMotion
 from twin_controller.core.actions import OverrideReal
 from twin_controller.core.events import RealMeasured
+from twin_controller.core.orders.order import Order, Patience
 from twin_controller.core.orders.speed import (
     NOT_HELD,
     Leader,
@@ -258,3 +260,23 @@ def test_the_answer_to_a_cap_says_what_of_it_the_robot_does_not_get(
     flags = RealMeasured(1.0, 1.0, 1.0, 0, rest, own_program=True, override_percent=own)
     answer = speed_answer(Speeds(cap=50.0), flags, Cap(allowed, "a zone"))
     assert answer == "speed of both capped at 50 %" + told
+
+
+@pytest.mark.parametrize(
+    ("shown", "speed", "asks", "gets"),
+    [(40.0, 20.0, 40.0, 20.0), (40.0, 60.0, 80.0, 40.0), (0.0, 0.2, 16.0, 0.0)],
+)
+def test_a_robot_that_leads_asks_for_its_part_of_what_it_was_set_to(
+    shown: float, speed: float, asks: float, gets: float
+) -> None:
+    """It was set to 80 % and held at 40: it shows its override times its program's speed."""
+    sides = idle_pair().state.sides
+    told = {"own_program": True, "override_percent": shown, "speed_percent": speed}
+    sides = changed(sides, **{f"real__flags__{name}": value for name, value in told.items()})
+    held = Speeds(
+        real=Order(40.0, Patience(1e3), sent=1.0, attempts=1), own_override=80.0, seen_override=40.0
+    )
+    leader, pace = Leader("real", ""), Cap(100.0, "")
+    speeds, _ = cap_speeds(SETUP, held, sides, Safety(), leader, pace, 2.0)
+    assert (speeds.requested, speeds.applied) == pytest.approx((asks, gets))
+    assert speeds.limited

@@ -5,10 +5,13 @@ from __future__ import annotations
 import msgspec
 import pytest
 from harness.pair import HOME, SETUP, Pair, ramp, shifted
+from harness.parts import changed
 from harness.watch import watched
+from scara_control.joint_motion import JointMotion
 from twin_controller.core.actions import Command, Send
 from twin_controller.core.lead.modes import Mode
-from twin_controller.core.orders.stop import STOPPING_TWIN, defied_text
+from twin_controller.core.lead.standing import moves_in_stop
+from twin_controller.core.orders.stop import STOPPING_TWIN, defied_text, speeds_since
 
 WAY = ramp(HOME, shifted(HOME, 80.0), 30.0)
 ATTEMPTS, RETRY_S = SETUP.config.stop.attempts, SETUP.config.stop.twin_retry_ms * 1e-3
@@ -83,6 +86,41 @@ def test_a_twin_that_moves_on_is_a_fault(pair: Deaf, command: str, mode: Mode) -
     assert len(ignored(pair)) == 1, "it is decided once"
     assert pair.real_q == pytest.approx(real, abs=0.02), "the robot does not follow it"
     assert pair.drives is (mode is Mode.FAULT)
+
+
+def test_a_twin_that_goes_on_with_a_move_of_its_own_is_a_fault(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """However often it is told anew: it has never slowed down, so it is one and the same motion."""
+    pair = watched(Pair())
+    pair.move_twin(ramp(HOME, shifted(HOME, 80.0), 12.0), 3.0)
+    assert pair.mode is Mode.TWIN_LEADS
+    # It tells that it moves, and takes none of our commands.
+    monkeypatch.setattr(pair, "command_twin", lambda do, number, now: None)
+    pair.do("STOP", IGNORED_S + 0.5)
+    assert pair.mode is Mode.FAULT and len(ignored(pair)) == 1
+
+
+def test_a_twin_that_was_not_seen_since_has_no_speed() -> None:
+    """Of one that was, the lowest and the newest count, by its fastest joint."""
+    twin, rest = Pair().state.sides.twin, (0.0,) * (len(HOME) - 1)
+    rows = [(0.5, 1.0), (-0.2, 1.1), (0.3, 1.2)]
+    history = tuple(
+        JointMotion.measured(HOME, (part * SETUP.velocity[0], *rest), t) for part, t in rows
+    )
+    twin = msgspec.structs.replace(twin, history=history)
+    for since, found in ((0.9, (0.2, 0.3)), (1.15, (0.3, 0.3)), (1.3, (0.0, 0.0))):
+        assert speeds_since(twin, since, SETUP.velocity) == pytest.approx(found)
+
+
+def test_a_twin_has_time_to_hear_a_stop_before_it_is_told_again(pair: Deaf) -> None:
+    """What it shows meanwhile it shows on the way to rest."""
+    pair.do("STOP", 2.0)
+    heard_s, now = SETUP.config.stop.heard_ms * 1e-3, pair.now
+    begun = changed(pair.state, sides__twin__motion__state="moving")
+    for part, again in ((0.5, False), (0.99, False), (1.01, True)):
+        state = changed(begun, orders__told__sent=now - part * heard_s, orders__told__before=None)
+        assert moves_in_stop(SETUP, state, now) is again
 
 
 def test_reset_waits_until_the_twin_stands(pair: Deaf) -> None:

@@ -8,11 +8,14 @@ import msgspec
 import numpy as np
 import pytest
 from harness.pair import ROBOT, SETUP, idle_pair
+from harness.parts import changed
 from harness.yaml_files import CONFIG
 from scara_config import KeepOut, load_robot
+from scara_control.joint_motion import JointMotion
 from scara_control.keep_out.points import WatchedPoint, all_positions
 from scara_control.keep_out.reach import largest_rates
 from scara_control.kinematics.screws import ScrewModel
+from twin_controller.core.lead.reports import note_in_zone
 from twin_controller.core.safety.beside import (
     LEAST_PERCENT,
     Beside,
@@ -20,7 +23,8 @@ from twin_controller.core.safety.beside import (
     start_share,
     start_ways,
 )
-from twin_controller.core.safety.guard import Guard, judge_guard
+from twin_controller.core.safety.guard import CRAWL, Guard, _reached, judge_guard
+from twin_controller.core.safety.stopping import Braking
 from twin_controller.core.setup import Setup
 
 replace = msgspec.structs.replace
@@ -114,6 +118,56 @@ def test_a_robot_that_stands_beside_a_zone_begins_slowly_and_one_that_moves_does
             assert (guard.start < 1.0) is slowed
 
 
+@pytest.mark.parametrize(
+    ("own_program", "override", "speed", "asked"),
+    [
+        (True, 50.0, 25.0, 0.5),
+        (True, 100.0, 80.0, 0.8),
+        # One that is faster than its override, which it has just been given, asks for all of it.
+        (True, 50.0, 80.0, 1.0),
+        (True, 100.0, 0.2, CRAWL),
+        (True, 0.0, 25.0, 1.0),
+        (True, 50.0, None, 1.0),
+        (False, 50.0, 25.0, 1.0),
+    ],
+)
+def test_a_program_asks_for_a_part_of_its_override(
+    own_program: bool, override: float, speed: float | None, asked: float
+) -> None:
+    """Of what the joints can at full override; all of it where nobody says."""
+    real = idle_pair().state.sides.real
+    told = {"own_program": own_program, "override_percent": override, "speed_percent": speed}
+    shown = changed(real, **{f"flags__{name}": value for name, value in told.items()})
+    guard = judge_guard(SETUP, Guard(), shown, (0.0, ""), led=False)
+    assert guard.asked == pytest.approx(asked)
+
+
+@pytest.mark.parametrize(
+    ("own_program", "override", "speed", "most"),
+    [
+        (True, 10.0, None, 0.1),
+        (True, 50.0, 8.0, 0.088),
+        (True, 100.0, None, 0.205),
+        (False, 10.0, None, 0.205),
+    ],
+)
+def test_a_program_gets_no_faster_than_it_may(
+    own_program: bool, override: float, speed: float | None, most: float
+) -> None:
+    """By the time at which it brakes: by its override, or what it says with a tenth more."""
+    real, rest = idle_pair().state.sides.real, (0.0,) * (len(HOME) - 1)
+    top, braking = SETUP.velocity[0], Braking(SETUP.braking, 0.15, together=own_program)
+    # At 8 % of its largest speed at last, and each 10 ms by a part of 0.83 % more.
+    rows = [
+        JointMotion.measured(HOME, ((0.08 - 0.0083333 * k) * top, *rest), 1.0 - 0.01 * k)
+        for k in (3, 2, 1, 0)
+    ]
+    told = {"own_program": own_program, "override_percent": override, "speed_percent": speed}
+    shown = changed(real, history=tuple(rows), **{f"flags__{k}": v for k, v in told.items()})
+    found = _reached(SETUP, shown, braking)
+    assert found[0] / top == pytest.approx(most, rel=2e-3) and found[1:] == rest
+
+
 @pytest.mark.parametrize("led", [False, True])
 def test_what_hardly_moves_heads_into_a_zone_only_where_somebody_leads(led: bool) -> None:
     """A robot at rest that its noise moves towards the table is no reason to stop the pair."""
@@ -122,6 +176,29 @@ def test_what_hardly_moves_heads_into_a_zone_only_where_somebody_leads(led: bool
     shown = replace(real, history=(*real.history, replace(real.last, q=HOME, qdot=qdot)))
     guard = judge_guard(setup, Guard(), shown, (-qdot[2], "tool"), led)
     assert bool(guard.violation) is led
+
+
+def test_a_robot_that_came_to_rest_in_a_zone_says_what_to_measure() -> None:
+    """Once: its profile says how late it begins to brake at most, and it was later."""
+    lead, setup = idle_pair().state.lead, Setup(ROBOT, SETUP.config)
+    setup.braking_delay = 0.123
+    said, (decision,) = note_in_zone(setup, lead, "", "it stands 4 mm deep in table", 1.0)
+    assert decision.trigger == "IN_ZONE" and decision.why == said.why
+    assert said.why.startswith("it stands 4 mm deep in table: it brakes later than 123 ms, ")
+    for before, inside in (("deep", "deeper"), ("deep", ""), ("", "")):
+        assert note_in_zone(setup, lead, before, inside, 1.0) == (lead, [])
+
+
+@pytest.mark.parametrize(("free", "stops"), [(False, True), (True, False)])
+def test_a_known_way_into_a_zone_stops_the_robot_and_slows_none(free: bool, stops: bool) -> None:
+    """Who knows the way need not guess a speed: it is stopped in time, or goes on as it does."""
+    setup, real = below(6.0), idle_pair().state.sides.real
+    down = (0.0, 0.0, HOME[2] - 0.02, 0.0)
+    moving = replace(real.last, q=HOME, qdot=(0.0, 0.0, -0.1, 0.0))
+    shown = replace(real, history=(*real.history, moving))
+    ahead = ((HOME,) if free else (down,), (down,))
+    guard = judge_guard(setup, Guard(), shown, (0.1, "tool"), True, ahead)
+    assert bool(guard.violation) is stops and guard.share == 1.0
 
 
 def on_a_slide(carried: int, gap_mm: float) -> Setup:

@@ -104,6 +104,22 @@ def test_the_distance_is_shown_in_millimetres() -> None:
     assert judged(3.5).distance_mm == pytest.approx(3.5)
 
 
+def test_noise_of_each_joint_moves_the_tool_by_its_lever() -> None:
+    """Of both vertical axes by the reach, of the slide by itself; as independent ones do."""
+    of_a_degree = np.radians(1.0) * SETUP.reach_mm
+    assert SETUP.tool_per_noise == pytest.approx(np.sqrt(2.0 * of_a_degree**2 + 1.0))
+
+
+@pytest.mark.parametrize(("samples", "judges"), [(0, False), (1, False), (2, True)])
+def test_a_twin_is_judged_from_its_second_sample_on(samples: int, judges: bool) -> None:
+    """One may be damaged; the real robot needs but one, and without it nothing is known."""
+    sides = idle_pair().state.sides
+    twin = replace(sides.twin, history=sides.twin.history[len(sides.twin.history) - samples :])
+    fresh = DivergenceState()
+    assert (judge_divergence(SETUP, fresh, Sides(sides.real, twin)) != fresh) is judges
+    assert judge_divergence(SETUP, fresh, Sides(replace(sides.real, history=()), twin)) == fresh
+
+
 @pytest.mark.parametrize(("noise", "alarm"), [(0.0, True), (0.01, True), (0.05, False)])
 def test_what_noise_alone_may_bring_is_no_divergence(noise: float, alarm: bool) -> None:
     """At rest 2.8 mm apart: beyond 2 mm, not beyond five deviations of 0.05 deg at full reach."""

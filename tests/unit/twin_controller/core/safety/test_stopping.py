@@ -97,6 +97,7 @@ def test_the_limit_of_one_joint_slows_all_of_them_alike() -> None:
     assert on_path((1.0, 2.0), (2.0, 4.0), (4.0, 3.0)) == pytest.approx((1.5, 3.0))
     assert on_path((1.0, 2.0), (2.0, 4.0), (4.0, 1.0)) == pytest.approx((1.0, 2.0))
     assert on_path((1.0, 2.0), (1.5, 3.0), (4.0, 4.0)) == (1.5, 3.0)
+    assert on_path((-1.0, -2.0), (-2.0, -4.0), (4.0, 3.0)) == pytest.approx((-1.5, -3.0))
 
 
 A = SETUP.acceleration[0]
@@ -139,24 +140,25 @@ def test_the_rest_of_a_plan_that_ends_at_rest_is_its_rows() -> None:
     assert rest == tuple(point.q for point in points[4:]) and not any(points[-1].qdot)
 
 
+@pytest.mark.parametrize("start", [0.0, 1.0, -1.0])
 @pytest.mark.parametrize(
-    ("target", "known"), [(0.9, True), (0.2, False), (-0.5, False), (None, False)]
+    ("target", "known"), [(0.9, True), (0.2, False), (0.1, False), (-0.5, False), (None, False)]
 )
 def test_a_target_is_believed_while_the_plan_can_still_stop_there(
-    target: float | None, known: bool
+    target: float | None, known: bool, start: float
 ) -> None:
     """A plan that overshoots its announced target, or leads elsewhere, has no known end."""
-    made = plan(0.0, 2.0, 11)
+    made = plan(start, 2.0, 11)
     rows = [q for _, q in made.rows]
-    assert rows[-1][0] + 2.0**2 / (2.0 * A) < 0.9
-    end = () if target is None else (target, 0.0, 0.0, 0.0)
+    assert rows[-1][0] + 2.0**2 / (2.0 * A) < start + 0.9
+    end = () if target is None else (start + target, 0.0, 0.0, 0.0)
     rest = rest_of_plan(made, 1000.0, WatchedMove(end), SETUP.acceleration)
     assert bool(rest) is known
     if known:
         assert rest[-1] == end and np.allclose(rest[:-1], rows[1:])
 
 
-@pytest.mark.parametrize(("off", "known"), [(0.0, True), (0.3, False)])
+@pytest.mark.parametrize(("off", "known"), [(0.0, True), (5e-5, True), (3e-4, False), (0.3, False)])
 def test_a_plan_on_the_announced_way_goes_on_by_its_places(off: float, known: bool) -> None:
     """Of a way that is not straight those places are still to come that lie behind the plan."""
     made = plan(0.0, 2.0, 11)

@@ -207,9 +207,11 @@ def test_the_agreed_position_goes_along_with_a_side_that_settles(
 
 def test_a_sample_that_looks_like_a_change_holds_the_agreed_position() -> None:
     """A motion that began keeps its onset; without a mean or an agreement none is taken."""
-    state = change.take_baseline(fed(ChangeState(), *(0.01,) * 16), 0.0, (0.01,), CONFIG)
-    begun = fed(state, 0.02, 0.02, 0.04)
-    assert any(begun.recent) and settled(begun) == begun
+    state = change.take_baseline(fed(ChangeState(), *(0.0,) * 16), 0.0, (0.0,), CONFIG)
+    state = fed(state, *(0.012,) * 100)
+    begun = fed(state, 0.04)
+    assert settled(state) != state
+    assert begun.recent == (False, False, True) and settled(begun) == begun
     fresh = fed(agreed(0.0), 0.012)
     assert settled(fresh) == fresh
     alone = fed(ChangeState(), *(0.0,) * 16)

@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 from msgspec.structs import replace
 from twin_controller.core.sides.clock import (
     SETTLED,
-    SLEW,
     ClockEstimate,
     ClockTolerance,
     observe,
@@ -152,7 +151,8 @@ def test_a_contradiction_is_part_of_the_uncertainty_while_it_lasts() -> None:
 def test_a_small_step_back_that_stays_is_a_jump_in_the_end() -> None:
     """No machine is late in the same way for half a second."""
     estimate, at = probe(ClockEstimate(), 0.0, 5.0, 0.001, 0.001), 0.0
-    for _ in range(ClockTolerance().lasting):
+    for _ in range(50):
+        assert estimate.jumps == 0
         at += 0.01
         estimate = probe(estimate, at, 4.95, 0.001, 0.001)
     assert estimate.jumps == 1
@@ -237,5 +237,5 @@ def test_a_settled_offset_goes_slowly_and_stays_within_its_bounds(
         if number > SETTLED:
             step = estimate.at - before.at
             forced = max(0.0, lower - before.offset, before.offset - upper)
-            assert abs(offset - before.offset) <= max(SLEW * step, forced) + 1e-12
+            assert abs(offset - before.offset) <= max(0.005 * step, forced) + 1e-12
         at = estimate.at + 0.01

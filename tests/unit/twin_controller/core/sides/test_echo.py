@@ -62,6 +62,14 @@ def test_old_commands_are_forgotten_but_never_the_newest() -> None:
     assert remember(tube, [(1e6, (0.0,))], 1.0).commands == ((1e6, (0.0,)),)
 
 
+def test_new_commands_stand_instead_of_those_for_then_or_later() -> None:
+    """A side is told a way anew, from the first place of it on."""
+    tube = tube_of((0.0, (0.0,)), (0.1, (1.0,)), (0.2, (2.0,)), (0.3, (3.0,)))
+    anew = [(0.1, (1.5,)), (0.25, (1.6,))]
+    assert remember(tube, anew, 1.0).commands == ((0.0, (0.0,)), *anew)
+    assert remember(tube, anew, 0.2).commands == tuple(anew)
+
+
 @given(path=st.lists(st.floats(-5.0, 5.0), min_size=2, max_size=40), lag=st.integers(0, 39))
 def test_a_follower_that_lags_behind_its_commands_is_always_an_echo(
     path: list[float], lag: int

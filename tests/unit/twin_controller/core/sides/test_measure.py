@@ -7,13 +7,21 @@ import itertools
 import msgspec
 import numpy as np
 import pytest
-from harness.pair import HOME, SETUP, Pair, idle_pair, shifted
+from harness.pair import HOME, SETUP, Pair, idle_pair, ramp, shifted
+from harness.parts import changed
 from hypothesis import given
 from hypothesis import strategies as st
 from scara_control.joint_motion import JointMotion
-from twin_controller.core.events import ClockProbe, LinkChanged, RealMeasured, TwinMeasured
+from twin_controller.core.events import (
+    ClockProbe,
+    LinkChanged,
+    RealAlarm,
+    RealMeasured,
+    TwinMeasured,
+)
 from twin_controller.core.sides import change
 from twin_controller.core.sides.measure import (
+    agree,
     clock_probed,
     real_lost,
     real_measured,
@@ -134,6 +142,16 @@ def test_a_first_motion_is_seen_while_it_is_found_out_how_old_readings_are(
         assert reading.q[1] == pytest.approx(HOME[1] + way(1e3 * (reading.time - 1.0)), abs=0.01)
 
 
+def test_what_stands_by_its_positions_has_no_speed() -> None:
+    """Noise from one reading to the next would be one, of a robot that tells positions alone."""
+    random, side, told = np.random.default_rng(5), RealSide(), list[tuple[float, ...]]()
+    for k in range(60):
+        q = shifted(HOME, *random.uniform(-0.005, 0.005, len(HOME)))
+        side = real_measured(SETUP, side, real_answer(1.0 + 0.01 * k, q=q, qdot=()))
+        told.append(side.last.qdot)
+    assert any(map(any, told[:10])) and set(told[-30:]) == {STILL}
+
+
 @pytest.mark.parametrize("jump", [3600.0, 0.2, -0.2])
 def test_a_jump_of_the_real_clock_forgets_the_real_side(jump: float) -> None:
     """Nothing dated by the old clock may be compared with what is dated by the new one."""
@@ -219,6 +237,18 @@ def test_pairs_are_of_one_instant(pair: Pair) -> None:
     assert paired(FRESH) is None
 
 
+def test_a_twin_that_is_late_is_paired_with_an_older_sample_but_no_old_one(pair: Pair) -> None:
+    """The fourth newest at most: what lies further back is no longer where both are."""
+    sides = pair.state.sides
+    real, twin = sides.real.history, sides.twin.history
+    for back, found in ((1, True), (4, True), (5, False)):
+        late = real[-back].time - twin[-1].time + 1e-6
+        moved = tuple(replace(each, time=each.time + late) for each in twin)
+        both = paired(replace(sides, twin=replace(sides.twin, history=moved)))
+        assert (both is not None) is found
+        assert both is None or both[0].time == both[1].time == real[-back].time
+
+
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_the_joint_that_is_farthest_away_is_named_on_either_side(pair: Pair, sign: float) -> None:
     """By how far, and where it is and should be."""
@@ -228,6 +258,60 @@ def test_the_joint_that_is_farthest_away_is_named_on_either_side(pair: Pair, sig
     text = apart_text(SETUP, replace(sides, twin=replace(sides.twin, history=moved)))
     here, there = SETUP.to_border(q)[1], SETUP.to_border(HOME)[1]
     assert text.startswith(f"joint_2 is 0.90 deg away, at {here:.2f} instead of {there:.2f} deg")
+
+
+def test_an_alarm_stops_and_a_warning_does_not_and_the_newer_one_stands() -> None:
+    """One that is cleared leaves none."""
+    sides, seen = FRESH, list[tuple[str, str]]()
+    for text, stops in (("hot", False), ("torn", True), ("", True), ("worn", False), ("", False)):
+        sides = take_in(SETUP, sides, RealAlarm(1.0, text, stops))
+        seen.append((sides.real.alarm, sides.real.warning))
+    assert seen == [("", "hot"), ("torn", ""), ("", ""), ("", "worn"), ("", "")]
+
+
+def test_how_far_a_twin_is_away_counts_at_one_instant(pair: Pair) -> None:
+    """The newest samples are of two; where the twin's are all older they have to do."""
+    pair.start_program(ramp(HOME, shifted(HOME, 60.0), 2.0), run=1.0)
+    sides = pair.state.sides
+    real, twin = paired(sides) or (None, None)
+    assert real is not None and twin is not None
+    apart = abs(SETUP.to_border(real.q)[0] - SETUP.to_border(twin.q)[0])
+    assert apart_text(SETUP, sides).startswith(f"joint_1 is {apart:.2f} deg away")
+    old = tuple(replace(each, time=each.time - 9.0) for each in sides.twin.history)
+    real, twin = sides.real.last, sides.twin.last
+    apart = abs(SETUP.to_border(real.q)[0] - SETUP.to_border(twin.q)[0])
+    text = apart_text(SETUP, replace(sides, twin=replace(sides.twin, history=old)))
+    assert text.startswith(f"joint_1 is {apart:.2f} deg away")
+
+
+def test_what_the_twin_says_of_itself_stands_behind_how_far_it_is_away(pair: Pair) -> None:
+    """Its contact, or that it has none, with what its motion is; a twin may not have told yet."""
+    motion = replace(pair.state.sides.twin.motion, state="idle", message="")
+    for told, says in (
+        (None, "; the twin reports no contact"),
+        (motion, "; the twin reports no contact, its motion is idle"),
+        (
+            replace(motion, message="tired"),
+            "; the twin reports no contact, its motion is idle tired",
+        ),
+    ):
+        sides = changed(pair.state.sides, twin__motion=told)
+        assert apart_text(SETUP, sides).endswith(says)
+
+
+@pytest.mark.parametrize(("part", "goes_along"), [(0.5, True), (1.5, False)])
+def test_an_agreed_position_goes_along_for_as_long_as_a_drive_may_settle(
+    part: float, goes_along: bool
+) -> None:
+    """``part`` of the time of the file; what goes on after that is a motion."""
+    side, after = RealSide(), part * SETUP.config.settle.timeout_ms * 1e-3
+    for k in range(40):
+        side = real_measured(SETUP, side, real_answer(1.0 + 0.01 * k))
+    side = agree(SETUP, side)
+    for k in range(40):
+        q = shifted(HOME, 0.015)
+        side = real_measured(SETUP, side, real_answer(1.4 + after + 0.01 * k, q=q))
+    assert (side.change.baseline[0] > SETUP.to_border(HOME)[0]) is goes_along
 
 
 @pytest.mark.parametrize(("noise", "widened"), [(0.0, False), (0.003, False), (0.01, True)])

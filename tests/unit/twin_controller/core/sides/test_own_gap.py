@@ -46,6 +46,19 @@ def test_the_budget_is_new_after_its_window() -> None:
     assert gaps[-1] == pytest.approx(0.08)
 
 
+def test_each_gap_leaves_the_budget_when_its_own_window_is_over() -> None:
+    """One that came later still counts."""
+    early, late, soon = 0.06, 0.04, 0.05
+
+    def until(begin: float, end: float) -> list[float]:
+        return [begin + 0.02 * k for k in range(1, round((end - begin) / 0.02) + 1)]
+
+    times = [5.0, 5.0 + early, *until(5.06, 5.8), 5.8 + late, *until(5.84, 6.08), 6.08 + soon]
+    gaps = looks(*times)
+    assert [gap for gap in gaps if gap] == pytest.approx([early, late, soon])
+    assert looks(*times, 6.13 + late)[-1] == 0.0
+
+
 @pytest.mark.parametrize(
     ("deaf", "expected"),
     [
