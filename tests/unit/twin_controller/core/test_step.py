@@ -6,7 +6,8 @@ import re
 
 import pytest
 from harness.pair import HOME, SETUP, Pair, ramp, shifted
-from twin_controller.core.actions import Command, Decided
+from msgspec.structs import replace
+from twin_controller.core.actions import Command, Decided, FollowTwin
 from twin_controller.core.lead.modes import Mode
 from twin_controller.core.sides.pairing import deviation
 
@@ -99,6 +100,24 @@ def test_a_set_point_that_may_not_be_sent_stops_both_and_says_which(pair: Pair) 
     assert "joint_1" in pair.why and pair.decisions()[-1].why == pair.why
     assert {Command.STOP_REAL, Command.STOP_TWIN} <= set(pair.performed(since))
     assert pair.real_q == pytest.approx(real, abs=0.05)
+
+
+def test_sides_that_come_to_rest_apart_are_said_after_the_time_to_settle(pair: Pair) -> None:
+    """A drive may need so long for its last hundredths, and no longer."""
+    settle, take = SETUP.config.settle, pair.take_follow
+
+    def beside(action: FollowTwin, now: float) -> None:
+        off = 1.5 * settle.tolerance
+        points = tuple(replace(each, q=shifted(each.q, off)) for each in action.points)
+        take(replace(action, points=points), now)
+
+    pair.take_follow = beside  # type: ignore[method-assign]
+    pair.start_program(ramp(HOME, shifted(HOME, 10.0), 1.0), run=1.1)
+    pair.end_program()
+    pair.run(0.9 * settle.timeout_ms * 1e-3)
+    assert pair.mode is Mode.REAL_LEADS
+    pair.run(0.2 * settle.timeout_ms * 1e-3 + 0.3)
+    assert pair.triggers()[-1] == "UNSETTLED"
 
 
 def test_the_pair_coming_apart_pauses_both_until_acknowledged(pair: Pair) -> None:

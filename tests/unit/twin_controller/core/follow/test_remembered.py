@@ -14,6 +14,7 @@ from twin_controller.core.events import Joints, RealMeasured
 from twin_controller.core.follow.remembered import (
     AHEAD_S,
     MOST_PATHS,
+    REST,
     Remembered,
     note_sample,
     way_on,
@@ -136,6 +137,25 @@ def test_a_path_begins_with_its_rest_at_no_time() -> None:
     assert path.at(path.duration + 1.0).q == path.end == path.points[-1].q
     assert path.at(-1.0).q == path.begin == path.points[0].q
     assert path.points[0].qddot == path.points[-1].qddot == STILL
+
+
+@pytest.mark.parametrize("late", [1, 2, 3, 8])
+def test_a_motion_that_is_noticed_late_has_its_samples_from_the_rest_on(late: int) -> None:
+    """Who leads is known only when the robot has moved a bit: each sample is there once."""
+    robot = Robot()
+    for k in range(30 + late):
+        there = moved(k * PERIOD_S - 30 * PERIOD_S + 0.1)
+        before = robot.remembered
+        robot.t += PERIOD_S
+        robot.show(there.q, there.qdot, "ARTICLE", 50.0)
+        robot.remembered = before
+    history = robot.sides.real.history
+    rests = [
+        all(abs(v) <= REST * most for v, most in zip(each.qdot, SETUP.velocity)) for each in history
+    ]
+    last = max(k for k, rested in enumerate(rests) if rested)
+    found = note_sample(SETUP, robot.remembered, robot.sides).motion
+    assert found is not None and found.samples == history[last:]
 
 
 def test_nothing_is_foretold_of_a_robot_at_rest() -> None:

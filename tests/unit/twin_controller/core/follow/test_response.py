@@ -265,6 +265,10 @@ def test_a_delay_that_has_changed_counts_at_once_for_a_good_part(
     found = _joined(before, {0: Fit(delay, 0.0, doubt)}, NUMBERS)
     assert (found.delay[0] - 0.1) / (delay - 0.1) == pytest.approx(part)
     assert found.delay[1:] == before.delay[1:]
+    # What is not known of it any more is what the jump has left, at least.
+    left = (1.0 - part) * abs(delay - 0.1) if delay != 0.101 else 0.0
+    kept = max((1.0 - part) ** 0.5 * before.doubt[0], 0.0005)
+    assert found.doubt[0] == pytest.approx(max(left, kept))
 
 
 def test_what_several_joints_show_counts_for_the_others_in_the_mean() -> None:
@@ -322,6 +326,14 @@ def test_a_robot_that_does_as_it_is_told_is_not_taken_for_one_that_is_held_back(
     follow = pair.state.follow
     assert follow.real is not None and not follow.real.held
     assert follow.response.held_since is None and follow.response.held_at < 0.0
+
+
+@pytest.mark.parametrize(("length", "shows"), [(0.25, False), (1.0, True)])
+def test_a_joint_that_was_hardly_told_to_move_shows_no_delay(length: float, shows: bool) -> None:
+    """Less than 0.3 of its unit is a reading's noise, and the smallest of its moves."""
+    start = replace(after_move({0: 0.1}, assumed(NUMBERS, SETUP.names)), at=-1e9)
+    found = measured(UNKNOWN, start, side(0.6, {0: 0.12}, length=length, duration=0.4))
+    assert (found.at > 0.0) is shows and (found.delay != start.delay) is shows
 
 
 @pytest.mark.parametrize("way", [1.0, -1.0])

@@ -7,7 +7,7 @@ from harness.pair import Pair
 from twin_controller.config import OwnGap
 from twin_controller.core.events import Tick
 from twin_controller.core.lead.modes import Mode
-from twin_controller.core.sides.own_gap import OwnGaps, silence
+from twin_controller.core.sides.own_gap import OwnGaps, silence, stall_text
 
 LIMITS = OwnGap(notice_ms=30.0, forgive_ms=100.0, window_ms=1000.0)
 
@@ -80,6 +80,16 @@ def test_the_age_of_a_sides_data_stays_what_it_is(pair: Pair) -> None:
     seen = pair.state.sides.twin.seen
     stand_still(pair, 0.06, own_gap=0.06)
     assert pair.state.sides.twin.seen == seen
+
+
+@pytest.mark.parametrize(
+    ("stood", "ago", "named"),
+    [(0.2, 0.0, True), (0.2, 0.99, True), (0.2, 1.01, False), (0.0, 0.0, False)],
+)
+def test_a_stall_is_named_as_the_cause_for_a_moment(stood: float, ago: float, named: bool) -> None:
+    """What comes a second later has another one; where it never stood there is none."""
+    said = stall_text((5.0, stood), 5.0 + ago)
+    assert said == ("this machine stood still for 0.20 s" if named else "")
 
 
 def stand_still(pair: Pair, duration: float, own_gap: float) -> None:
