@@ -150,9 +150,11 @@ def test_a_stream_that_has_not_shown_its_pause_yet_is_resumed(pair: Pair) -> Non
     """The robot goes on by set points, which begin anew wherever it is by then."""
     pair.move_twin(ramp(HOME, AWAY, 3.0), run=1.0)
     pair.do("PAUSE")
+    since = len(pair.actions)
     pair.do("RESUME")
     pair.until(Mode.IDLE, 8.0)
     assert pair.far() < 0.05
+    assert pair.performed(since).count(Command.RESUME_TWIN) == 1
 
 
 def test_a_robot_that_stays_held_after_resume_pauses_the_twin_again(pair: Pair) -> None:

@@ -102,6 +102,15 @@ def test_a_set_point_that_may_not_be_sent_stops_both_and_says_which(pair: Pair) 
     assert pair.real_q == pytest.approx(real, abs=0.05)
 
 
+def test_an_emergency_stop_is_owed_until_the_reset(pair: Pair) -> None:
+    """A side that is let go meanwhile is told again."""
+    assert pair.state.orders.estop is None
+    pair.do("ESTOP", 0.5)
+    assert pair.mode is Mode.ESTOP and pair.state.orders.estop is not None
+    pair.do("RESET", 1.0)
+    assert pair.mode is Mode.STOPPED and pair.state.orders.estop is None
+
+
 def test_sides_that_come_to_rest_apart_are_said_after_the_time_to_settle(pair: Pair) -> None:
     """A drive may need so long for its last hundredths, and no longer."""
     settle, take = SETUP.config.settle, pair.take_follow

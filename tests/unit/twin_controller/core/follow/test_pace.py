@@ -21,7 +21,8 @@ LIMIT, STREAM = SETUP.config.limit, SETUP.config.stream
 
 def response(doubt: tuple[float, ...], pace: float = 100.0) -> Response:
     """Return a robot whose delays are known so well [s]."""
-    return Response((0.1,) * JOINTS, (0.0,) * JOINTS, doubt, pace)
+    delay = (0.1, *(0.08,) * (JOINTS - 1))
+    return Response(delay, (0.0,) * JOINTS, doubt, pace)
 
 
 def of(follow: Follow, sides: Sides, cap: float = 100.0, now: float = 0.0) -> Cap:

@@ -262,7 +262,9 @@ def test_a_delay_that_has_changed_counts_at_once_for_a_good_part(
     before = replace(sure, delay=(0.1,) * len(HOME), doubt=(0.5 * doubt,) * len(HOME))
     if part > JUMP_GAIN:
         before = replace(before, doubt=(2.0 * doubt,) * len(HOME))
-    found = _joined(before, {0: Fit(delay, 0.0, doubt)}, NUMBERS)
+    before = replace(before, smoothing=(0.0,) * len(HOME))
+    found = _joined(before, {0: Fit(delay, 1e-3, doubt)}, NUMBERS)
+    assert found.smoothing[0] == pytest.approx(1e-3 * max(part, 0.2))
     assert (found.delay[0] - 0.1) / (delay - 0.1) == pytest.approx(part)
     assert found.delay[1:] == before.delay[1:]
     # What is not known of it any more is what the jump has left, at least.

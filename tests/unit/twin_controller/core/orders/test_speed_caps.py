@@ -16,13 +16,17 @@ from twin_controller.core.events import RealMeasured
 from twin_controller.core.orders.order import Order, Patience
 from twin_controller.core.orders.speed import (
     NOT_HELD,
+    ZONE_BESIDE,
     Leader,
     Speeds,
     cap_speeds,
     hear_override,
+    real_cap,
     speed_answer,
 )
+from twin_controller.core.safety.beside import Beside
 from twin_controller.core.safety.fastest import Cap
+from twin_controller.core.safety.guard import Guard
 from twin_controller.core.safety.separation import Distance
 from twin_controller.core.safety.watch import Safety
 from twin_controller.core.sides.side import RealSide, Sides, TwinSide
@@ -280,3 +284,13 @@ def test_a_robot_that_leads_asks_for_its_part_of_what_it_was_set_to(
     speeds, _ = cap_speeds(SETUP, held, sides, Safety(), leader, pace, 2.0)
     assert (speeds.requested, speeds.applied) == pytest.approx((asks, gets))
     assert speeds.limited
+
+
+@pytest.mark.parametrize(("leader", "beside"), [("", True), ("real", True), ("twin", False)])
+def test_a_robot_beside_a_zone_begins_as_slowly_as_it_can_be_stopped(
+    leader: str, beside: bool
+) -> None:
+    """In whole percents; one that follows is as slow as its leader, whose way was judged."""
+    safety = replace(Safety(), guard=Guard(beside=Beside(share=0.305)))
+    cap = real_cap(SETUP, Speeds(), safety, leader, own_program=False)
+    assert (cap.percent, cap.reason) == ((30.0, ZONE_BESIDE) if beside else (100.0, ""))

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import pytest
+from harness.pair import SETUP
 from hypothesis import given
 from hypothesis import strategies as st
-from twin_controller.core.sides.echo import EchoTube, is_echo, remember
+from twin_controller.core.sides.echo import EchoTube, answers, is_echo, remember
 
 MEMORY, REST, TOLERANCE = 0.5, 0.025, 0.5
 
@@ -47,6 +48,17 @@ def test_the_tube_is_wide_only_for_joints_that_were_told_to_move(
 ) -> None:
     """Half a second of commands spans it; joint 2 was told to stay, so only noise is allowed."""
     assert is_echo(MOVING, t, q, MEMORY, REST, TOLERANCE) is expected
+
+
+@pytest.mark.parametrize(("off", "echo"), [(0.0, True), (0.024, True), (0.026, False)])
+def test_a_side_that_was_told_to_stay_may_be_off_by_its_threshold_and_rounding(
+    off: float, echo: bool
+) -> None:
+    """0.02 degrees and half of the last decimal that counts, to both sides."""
+    config = SETUP.config.change
+    tube = tube_of((0.0, (0.0, 5.0)), (0.1, (0.0, 5.0)))
+    for sign in (1.0, -1.0):
+        assert answers(tube, 0.1, (0.0, 5.0 + sign * off), config) is echo
 
 
 def test_without_commands_nothing_is_an_echo() -> None:
