@@ -65,3 +65,12 @@ def test_no_gap_takes_no_time(offset: tuple[float, ...]) -> None:
     blend = begin_blend(offset, 1.0, (SPEED,) * len(offset))
     assert finished(blend, 1.0)
     assert sample_blend(blend, 1.0) == (offset, offset, offset)
+
+
+@pytest.mark.parametrize(
+    ("gap", "closes"), [(0.0, False), (1e-8, False), (-1e-8, False), (1e-5, True)]
+)
+def test_a_gap_of_a_rounding_is_none(gap: float, closes: bool) -> None:
+    """Closed within less than a microsecond it would be an acceleration beyond all numbers."""
+    blend = begin_blend((gap, 0.0), 5.0, (SPEED, SPEED))
+    assert (blend.duration > 0.0) is closes and finished(blend, 5.0) is not closes

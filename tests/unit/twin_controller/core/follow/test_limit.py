@@ -174,6 +174,16 @@ def test_a_twin_without_a_plan_may_speed_up_within_its_delay(share: float, passe
     assert isinstance(found, Rejected) != passes, found
 
 
+def test_a_twin_that_was_never_seen_is_as_old_as_can_be() -> None:
+    """Nothing is made of what nobody has seen."""
+    sides = Sides(twin=TwinSide(history=(JointMotion.at_rest(Q),)))
+    slot, follows = SendSlot(10.0, 10.01), RealFollows(delay=SURE)
+    found = judged(SETUP, follows, sides, slot, Q, 100.0, 10.0)
+    assert isinstance(found, Rejected) and "the twin's data are" in found.reason
+    seen = Sides(twin=TwinSide(history=(JointMotion.at_rest(Q),), seen=10.0))
+    assert not isinstance(judged(SETUP, follows, seen, slot, Q, 100.0, 10.0), Rejected)
+
+
 @pytest.mark.parametrize(("after", "counts"), [(0.25, 0.25), (1.0, 1.0), (5.0, 1.0)])
 def test_a_set_point_goes_as_far_as_the_time_since_the_last_one_allows(
     after: float, counts: float
