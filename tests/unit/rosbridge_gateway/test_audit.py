@@ -48,6 +48,14 @@ def test_flood_of_names_is_limited_and_counted() -> None:
     assert later is not None and later.outcome == "published (950 others not told)"
 
 
+def test_five_acts_a_second_are_told_behind_a_flood() -> None:
+    """Fifty at once, and no more than that after a silence."""
+    trail = Trail(0.0)
+    for now, told in ((0.0, 50), (1.0, 5), (1.5, 2), (60.0, 50)):
+        entries = [note(trail, now, f"publish /t{now}_{k}") for k in range(100)]
+        assert sum(entry is not None for entry in entries) == told
+
+
 def test_act_that_was_left_out_is_told_when_there_is_room() -> None:
     """Left out is not the same as told."""
     trail = Trail(0.0)

@@ -101,6 +101,13 @@ def test_a_move_to_where_it_stands_is_done_at_once() -> None:
     assert move.law == (0.0, 0.0) and move.nears_end(0.0)
 
 
+def test_a_move_that_has_not_begun_does_not_near_its_end() -> None:
+    """However weak its axes are: nothing decelerates yet."""
+    weak = tuple(1e-3 * most for most in ACCELERATIONS)
+    move = JointMove((0.0, 0.0, 0.0), (1.0, 1.0, 0.1), 1.0, VELOCITIES, weak)
+    assert move.law[1] < 0.5 and not move.nears_end(1.0)
+
+
 @pytest.mark.parametrize("seconds", [0.1, 1.5, 6.0])
 def test_a_move_takes_the_time_that_it_is_told_or_the_shortest(seconds: float) -> None:
     """By a ramp, an even part and a ramp; what cannot be done in time is done at the speed told."""
