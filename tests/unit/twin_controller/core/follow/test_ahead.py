@@ -11,7 +11,13 @@ import pytest
 from harness.pair import HOME, SETUP, idle_pair, ramp, shifted
 from twin_controller.core.actions import StreamAhead
 from twin_controller.core.events import AnyEvent, RealMeasured
-from twin_controller.core.follow.ahead import LONGEST_S, SHORTEST_S, UNPLANNED, arrives_within
+from twin_controller.core.follow.ahead import (
+    LONGEST_S,
+    SHORTEST_S,
+    UNPLANNED,
+    arrives_within,
+    reaches_ahead,
+)
 from twin_controller.core.lead.modes import Mode
 
 replace = msgspec.structs.replace
@@ -92,6 +98,16 @@ def test_a_set_point_is_under_way_for_some_round_trips(round_trip: float, within
     real = idle_pair().state.sides.real
     late = replace(real, clock=replace(real.clock, round_trip=round_trip))
     assert arrives_within(late) == pytest.approx(within)
+
+
+@pytest.mark.parametrize(("places", "spacings"), [(0, 0), (1, 0), (2, 1), (10, 9)])
+def test_a_robot_is_told_as_far_ahead_as_its_places_but_one_reach(
+    places: int, spacings: int
+) -> None:
+    """It may still have to take the one that counted last."""
+    pair = idle_pair(places=places)
+    reach = 1e-3 * SETUP.config.stream.ahead_period_ms * spacings
+    assert reaches_ahead(SETUP, pair.state.sides.real) == pytest.approx(reach)
 
 
 def test_the_first_number_is_the_one_behind_what_the_robot_has_taken() -> None:
