@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from scara_control.joint_motion import JointMotion
 from twin_controller.core.actions import Command, FollowTwin
 from twin_controller.core.events import RealAlarm, RealMeasured, Tick, TwinMeasured
-from twin_controller.core.lead.modes import Mode
+from twin_controller.core.lead.modes import Mode, Trigger
 from twin_controller.core.safety.divergence import DivergenceState
 from twin_controller.core.step import step
 
@@ -155,6 +155,18 @@ def test_a_stream_that_has_not_shown_its_pause_yet_is_resumed(pair: Pair) -> Non
     pair.until(Mode.IDLE, 8.0)
     assert pair.far() < 0.05
     assert pair.performed(since).count(Command.RESUME_TWIN) == 1
+
+
+def test_a_pause_is_whose_until_the_operator_takes_it(pair: Pair) -> None:
+    """Who held the robot may let it go on, also after a command that was refused meanwhile."""
+    pair.move_twin(ramp(HOME, AWAY, 3.0), run=1.0)
+    pair.paused = True
+    pair.run(1.0)
+    held = pair.state.lead.paused_by
+    assert pair.mode is Mode.PAUSED and not pair.operate("HOME").success
+    assert pair.state.lead.paused_by is held
+    pair.do("PAUSE")
+    assert pair.mode is Mode.PAUSED and pair.state.lead.paused_by is Trigger.PAUSE
 
 
 def test_a_robot_that_stays_held_after_resume_pauses_the_twin_again(pair: Pair) -> None:
