@@ -17,7 +17,6 @@ from twin_controller.core.follow.memory import Follow
 from twin_controller.core.follow.pace import follower_pace
 from twin_controller.core.follow.response import (
     FIRST_SPREAD_S,
-    JUMP_GAIN,
     Response,
     _joined,
     _led,
@@ -86,12 +85,20 @@ def side(
     return replace(RealSide(), history=tuple(history), tube=EchoTube(commands))
 
 
-def after_move(delays: dict[int, float], start: Response, length: float = DURATION) -> Response:
-    """Return what is known after a move, measured as often as the controller does."""
-    response = replace(start, at=-1e9)
+def during_move(
+    delays: dict[int, float], start: Response, length: float = DURATION
+) -> list[Response]:
+    """Return what is known in a move, at first and each time that the controller measures."""
+    known_then = [replace(start, at=-1e9)]
     for end in np.arange(0.1, length + 0.1, 0.05):
-        response = measured(UNKNOWN, response, side(float(end), delays, noise=0.003))
-    return response
+        seen = side(float(end), delays, noise=0.003)
+        known_then.append(measured(UNKNOWN, known_then[-1], seen))
+    return known_then
+
+
+def after_move(delays: dict[int, float], start: Response, length: float = DURATION) -> Response:
+    """Return what is known after a move."""
+    return during_move(delays, start, length)[-1]
 
 
 @settings(max_examples=60, deadline=None)
@@ -176,12 +183,11 @@ def test_a_smoothing_that_has_changed_is_approached_and_not_passed(
 def test_a_robot_that_keeps_up_is_led_faster() -> None:
     """Only while it is led with nearly as much as it has shown: slow motion proves nothing."""
     start = replace(after_move({0: 0.1}, assumed(NUMBERS, SETUP.names)), pace=20.0)
-    paces, faster = [20.0], replace(start, at=-1e9)
-    for end in np.arange(0.1, 1.1, 0.05):
-        faster = measured(UNKNOWN, faster, side(float(end), {0: 0.1}, noise=0.003))
-        paces.append(faster.pace)
-    steps = {round(after / before, 6) for before, after in pairwise(paces)}
+    known_then = during_move({0: 0.1}, start)
+    steps = {round(after.pace / before.pace, 6) for before, after in pairwise(known_then)}
+    faster = known_then[-1]
     assert steps == {1.0, 1.1} and faster.behind_at == 100.0
+    assert 20.0 < faster.pace <= 100.0
     assert after_move({0: 0.1}, replace(start, behind_at=21.0)).pace == 20.0
     slow = after_move({0: 0.1}, replace(start, pace=90.0))
     assert slow.pace == 90.0
@@ -251,26 +257,28 @@ def test_a_stream_that_begins_may_be_late_otherwise_than_the_one_before() -> Non
 
 
 @pytest.mark.parametrize(
-    ("delay", "doubt", "part"),
-    [(0.06, 1e-3, JUMP_GAIN), (0.14, 1e-3, JUMP_GAIN), (0.101, 1e-3, 0.2), (0.2, 1e-4, 0.8)],
+    ("delay", "known_to", "shown_to", "part", "left"),
+    [
+        (0.06, 5e-4, 1e-3, 0.3, 0.028),
+        (0.14, 5e-4, 1e-3, 0.3, 0.028),
+        # No jump: by what both are known to, and no better than half a millisecond.
+        (0.101, 5e-4, 1e-3, 0.2, 5e-4),
+        (0.2, 2e-4, 1e-4, 0.8, 0.02),
+    ],
 )
 def test_a_delay_that_has_changed_counts_at_once_for_a_good_part(
-    delay: float, doubt: float, part: float
+    delay: float, known_to: float, shown_to: float, part: float, left: float
 ) -> None:
-    """However well the old one was known; else by what both are known to [s]."""
-    sure = replace(after_move({0: 0.1}, assumed(NUMBERS, SETUP.names)), begun=(), recalled=False)
-    before = replace(sure, delay=(0.1,) * len(HOME), doubt=(0.5 * doubt,) * len(HOME))
-    if part > JUMP_GAIN:
-        before = replace(before, doubt=(2.0 * doubt,) * len(HOME))
-    before = replace(before, smoothing=(0.0,) * len(HOME))
-    found = _joined(before, {0: Fit(delay, 1e-3, doubt)}, NUMBERS)
+    """However well 100 ms were known; what is not known any more is what that has left [s]."""
+    joints = len(HOME)
+    sure = after_move({0: 0.1}, assumed(NUMBERS, SETUP.names))
+    before = replace(sure, delay=(0.1,) * joints, smoothing=(0.0,) * joints)
+    before = replace(before, doubt=(known_to,) * joints)
+    found = _joined(before, {0: Fit(delay, 1e-3, shown_to)}, NUMBERS)
     assert found.smoothing[0] == pytest.approx(1e-3 * max(part, 0.2))
     assert (found.delay[0] - 0.1) / (delay - 0.1) == pytest.approx(part)
     assert found.delay[1:] == before.delay[1:]
-    # What is not known of it any more is what the jump has left, at least.
-    left = (1.0 - part) * abs(delay - 0.1) if delay != 0.101 else 0.0
-    kept = max((1.0 - part) ** 0.5 * before.doubt[0], 0.0005)
-    assert found.doubt[0] == pytest.approx(max(left, kept))
+    assert found.doubt[0] == pytest.approx(left)
 
 
 def test_what_several_joints_show_counts_for_the_others_in_the_mean() -> None:
