@@ -115,9 +115,31 @@ def test_motion_that_goes_on_for_ever_is_given_up(world: World) -> None:
     watch = MotionWatch("", 0.0, said)
     longest = BEGIN_S + 3.0 * (said.moving_s + said.stand_s)
     for now in np.arange(0.0, longest + 1.0, 0.2):
-        watch.joints(float(now), (float(now), 0.0, 0.0, 0.0))
+        watch.joints(float(now), (float(now), *world.q[1:]))
         assert watch.end(float(now)) is None
         assert watch.is_hopeless(float(now)) == (now > longest)
+
+
+def test_motion_whose_beginning_was_not_heard_is_given_up(world: World) -> None:
+    """The rest of it, made as predicted, would be a short way in a short time."""
+    said = prediction(world, FREE)
+    times, q = course_of(world, FREE)
+    late = len(q) // 4
+    watch = MotionWatch("", 0.0, said)
+    assert played(world, watch, times[: len(q) - late], q[late:], times[-1] + 5.0) is None
+    assert watch.is_unheard and watch.is_hopeless(0.0)
+
+
+def test_motion_is_heard_from_its_beginning_within_two_hundredths(world: World) -> None:
+    """Either way, of the joint that is off most; before it is predicted nobody knows."""
+    said = prediction(world, FREE)
+    for off, unheard in ((0.019, False), (-0.019, False), (0.021, True), (-0.021, True)):
+        watch = MotionWatch("", 0.0)
+        watch.joints(0.0, (*world.q[:2], world.q[2] + off, world.q[3] + 0.001))
+        assert not watch.is_unheard
+        watch.predicted = said
+        assert watch.is_unheard == unheard
+    assert not MotionWatch("", 0.0, said).is_unheard
 
 
 def test_program_is_watched_once() -> None:
@@ -139,7 +161,7 @@ def test_stand_at_the_end_is_waited_for(world: World) -> None:
 
 def outcome_of(time: float = 1.0, way: float = 1.0, effort: float = 1.0) -> Outcome:
     """Return an outcome with chosen ratios."""
-    said = Prediction("test", (0.0,), 2.0, 0.5, (0.4,), 0.0)
+    said = Prediction("test", (0.5,), (0.0,), 2.0, 0.5, (0.4,), 0.0)
     return Outcome(said, End.REACHED, 2.0 * time, 0.5 * way, (0.4 * effort,))
 
 
@@ -151,7 +173,7 @@ def test_what_was_not_reached_or_moves_no_tool_teaches_nothing(
     end: End, time: float, way: float
 ) -> None:
     """A turn of the table takes time, but its way is no length to compare another to."""
-    said = Prediction("test", (0.0,), time, way, (0.4,), 0.0)
+    said = Prediction("test", (0.5,), (0.0,), time, way, (0.4,), 0.0)
     assert Outcome(said, end, 2.0, 0.5, (0.4,)).ratios == {}
 
 

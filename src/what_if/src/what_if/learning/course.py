@@ -61,6 +61,7 @@ def predict(world: World, motion: Motion, verdict: Verdict, what: str) -> Predic
         return None
     return Prediction(
         what,
+        tuple(q[0].tolist()),
         tuple(q[-1].tolist()),
         time,
         way_length(tool_points(world.cell, q)),

@@ -149,6 +149,11 @@ class Learning:
         # Behind the lock, which telling takes itself.
         if end is not None:
             self._tell(watch, end)
+        elif watch.is_unheard:
+            rospy.logwarn(
+                "what_if: the first joint positions that came of a motion are of its middle, so "
+                "it is not compared to what was predicted. Does this machine have too much to do?"
+            )
 
     def _twin(self, message: JointState) -> None:
         efforts = self._row(message.name, message.effort)

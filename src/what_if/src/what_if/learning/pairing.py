@@ -17,6 +17,9 @@ for its judgement."""
 REST_S = 0.5
 """So much longer than at any place that was predicted joints stand before the motion counts as
 ended; our choice, as long as a rest is measured elsewhere."""
+UNHEARD = 2e-2
+"""Farther than this [rad] or [m] from where it was to begin, the first position that was heard
+belongs to the middle of a motion; our choice: more than a robot that rests is off its twin."""
 LATEST = 3.0
 """After so many times the predicted time plus BEGIN_S nobody waits any longer; our choice."""
 
@@ -35,7 +38,8 @@ class Prediction:
 
     Attributes:
         what: The motion in words.
-        target: Joint positions at the end, shape (n,), SI.
+        start: Joint positions at the beginning, shape (n,), SI.
+        target: Those at the end.
         moving_s: As :func:`moving_time` measures it.
         way_m: Length of the tool's way.
         effort: Largest share of each joint's effort, 1 is all of it, shape (n,).
@@ -43,6 +47,7 @@ class Prediction:
     """
 
     what: str
+    start: tuple[float, ...]
     target: tuple[float, ...]
     moving_s: float
     way_m: float
@@ -118,7 +123,7 @@ class MotionWatch:
 
     def end(self, now: float) -> End | None:
         """Return how the motion has ended; None while it goes on, or has not begun."""
-        if self._rest is None or not self._begun or self.predicted is None:
+        if self._rest is None or not self._begun or self.predicted is None or self.is_unheard:
             return None
         since, place = self._rest
         if now - since <= self.predicted.stand_s + REST_S:
@@ -126,11 +131,26 @@ class MotionWatch:
         return End.STOPPED if _apart(place, self.predicted.target) else End.REACHED
 
     def is_hopeless(self, now: float) -> bool:
-        """Return whether the motion does not begin or end any more in reasonable time."""
+        """Return whether nothing can be learnt of the motion.
+
+        Its beginning was not heard, or it does not begin or end any more in reasonable time.
+        """
+        if self.is_unheard:
+            return True
         waited = now - self.since
         if not self._begun or self.predicted is None:
             return waited > BEGIN_S
         return waited > BEGIN_S + LATEST * (self.predicted.moving_s + self.predicted.stand_s)
+
+    @property
+    def is_unheard(self) -> bool:
+        """Whether the joints were on their way before their first position came.
+
+        Then way and time would be measured too short.
+        """
+        if self.predicted is None or not self._rows:
+            return False
+        return max(abs(a - b) for a, b in zip(self._rows[0], self.predicted.start)) > UNHEARD
 
     def is_same(self, program: str) -> bool:
         """Return whether a program that is judged now is the one that is watched already.
