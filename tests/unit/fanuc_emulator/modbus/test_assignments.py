@@ -176,6 +176,9 @@ def test_a_drivers_own_layout_is_read(client: Client) -> None:
         ("$SNPX_ASG[77].$VAR_NAME", -1.0, {}, NAMES_78_79),
         ("UI[1]", 1.0, {}, [1, 1, 1, 0, 0, 0, 0, 1, *[0] * 10]),
         ("UI[1]", 0.0, {}, [0b10000111, 0]),
+        # A word ends with the last signal that there is.
+        ("UI[3]", 0.0, {"prod_start": True}, [0b1000000000100001]),
+        ("UI[4]", 0.0, {"prod_start": True}, [0b100000000010000]),
         ("UO[1]", 1.0, {}, [1, 1, 0]),
         ("DI[1]", 0.0, {}, [0b100, 0]),
         ("DI[3]", 1.0, {}, [1, 0]),
