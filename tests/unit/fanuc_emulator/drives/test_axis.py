@@ -72,6 +72,19 @@ def test_command_keeps_every_limit_whatever_comes(targets: list[tuple[float, flo
             )
 
 
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_a_set_point_that_runs_out_of_the_range_is_braked_before_its_end(way: float) -> None:
+    """The command can always stop before the end, and comes to it; it never waits for the end."""
+    limiter, most = CommandLimiter(PARAMETERS, 0.0, DT), PARAMETERS.command_acceleration
+    seen = 0.0
+    for k in range(1000):
+        limiter.step(way * 7.0 * DT * k, 1.0)
+        speed, ahead = way * limiter.velocity, 2.5 - way * limiter.position
+        assert speed**2 <= 2.0 * most * (ahead + speed * DT) + 1e-9
+        seen = max(seen, speed)
+    assert seen > 6.9 and ahead == pytest.approx(0.0, abs=1e-9)
+
+
 @settings(max_examples=50, deadline=None)
 @given(TARGETS)
 def test_motor_keeps_every_limit_whatever_comes(targets: list[tuple[float, float, int]]) -> None:
