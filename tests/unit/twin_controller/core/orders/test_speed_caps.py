@@ -16,6 +16,7 @@ from twin_controller.core.events import RealMeasured
 from twin_controller.core.orders.order import Order, Patience
 from twin_controller.core.orders.speed import (
     NOT_HELD,
+    ZONE_AHEAD,
     ZONE_BESIDE,
     Leader,
     Speeds,
@@ -284,6 +285,32 @@ def test_a_robot_that_leads_asks_for_its_part_of_what_it_was_set_to(
     speeds, _ = cap_speeds(SETUP, held, sides, Safety(), leader, pace, 2.0)
     assert (speeds.requested, speeds.applied) == pytest.approx((asks, gets))
     assert speeds.limited
+
+
+@pytest.mark.parametrize(("share", "asked", "percent"), [(0.305, 1.0, 30.0), (0.305, 0.8, 38.0)])
+def test_a_program_before_a_zone_gets_its_part_of_what_it_asks_for(
+    share: float, asked: float, percent: float
+) -> None:
+    """At an override of 38 % a program of 80 % is as fast as the robot can be stopped from."""
+    safety = replace(Safety(), guard=Guard(share=share, asked=asked))
+    cap = real_cap(SETUP, Speeds(), safety, "real", own_program=False)
+    assert (cap.percent, cap.reason) == (percent, ZONE_AHEAD)
+
+
+@pytest.mark.parametrize("claimed", [0.0, 30.0, 60.0])
+def test_a_twin_that_leads_asks_for_what_it_claims_or_what_is_measured_of_it(
+    claimed: float,
+) -> None:
+    """Of its fastest joint, whichever way it goes, in percent of that joint's largest speed."""
+    sides = idle_pair().state.sides
+    qdot = (0.2 * SETUP.velocity[0], -0.45 * SETUP.velocity[1], 0.0, 0.0)
+    motion = replace(sides.twin.motion, speed_requested_percent=claimed)
+    sample = JointMotion.measured(HOME, qdot, sides.twin.last.time)
+    twin = replace(sides.twin, motion=motion, history=(*sides.twin.history[:-1], sample))
+    sides = replace(sides, twin=twin)
+    leader, pace = Leader("twin", ""), Cap(100.0, "")
+    speeds, _ = cap_speeds(SETUP, Speeds(), sides, Safety(), leader, pace, 2.0)
+    assert speeds.requested == pytest.approx(max(claimed, 45.0))
 
 
 @pytest.mark.parametrize(("leader", "beside"), [("", True), ("real", True), ("twin", False)])

@@ -132,6 +132,14 @@ def test_on_a_plan_the_delay_is_what_the_plan_says() -> None:
     assert stop[0] < without[0] - 0.02, "from the speed alone it would be further"
 
 
+def test_the_way_of_a_stop_on_a_plan_goes_by_its_rows_until_the_stop_begins() -> None:
+    """Not by those that lie behind, nor by those that it does not come to any more."""
+    made = plan(0.0, 3.0, 16, braking=20.0)
+    *rows, there, _ = stop_on_plan(made, 1000.025, Braking(SETUP.braking, 0.05))
+    assert rows == [point.q for point in made.setpoints.points[3:8]]
+    assert there[0] == pytest.approx(3.0 * 0.075 - 10.0 * 0.075**2, abs=1e-6)
+
+
 def test_the_rest_of_a_plan_that_ends_at_rest_is_its_rows() -> None:
     """Only what is still to come."""
     made = plan(0.0, 2.0, 16, braking=20.0)
@@ -165,6 +173,8 @@ def test_a_plan_on_the_announced_way_goes_on_by_its_places(off: float, known: bo
     last = made.rows[-1][1]
     step = 0.1
     places = tuple((last[0] + k * step - 0.05, off, 0.0, 0.0) for k in range(-3, 6))
+    # Two places may be as near to one another as they like.
+    places = ((places[0][0] - 0.01, off, 0.0, 0.0), *places)
     end = (last[0] - 1.0, off, 0.0, 0.0)
     rest = rest_of_plan(made, 1000.0, WatchedMove(end, between=places), SETUP.acceleration)
     assert bool(rest) is known

@@ -83,6 +83,7 @@ def test_a_sample_of_the_real_robot_is_dated_by_its_own_clock() -> None:
     age = side.last.time - (1.19 - 1e-3 * real.sample_latency_ms)
     assert abs(age) <= side.clock.uncertainty + 1e-9 <= 0.0015 + 0.5 * side.rhythm.period
     assert (side.seen, side.clock_ms) == (pytest.approx(1.19, abs=2e-3), 51190)
+    assert side.rhythm.ahead == pytest.approx(50000.5), "of the middle of question and answer"
 
 
 def test_an_answer_that_repeats_an_instant_does_not_count() -> None:
