@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from msgspec.structs import replace
 from twin_controller.core.sides.clock import (
@@ -220,6 +220,7 @@ def test_a_patient_estimate_waits_for_a_remote_that_is_held_up() -> None:
     assert estimate.offset == pytest.approx(7.0, abs=2e-3)
 
 
+@example([(0.0, 0.0)] * 70 + [(0.05, 0.05)] * 50, 80)
 @given(st.lists(st.tuples(DELAY, DELAY), min_size=120, max_size=120), st.integers(60, 110))
 def test_a_settled_offset_goes_slowly_and_stays_within_its_bounds(
     delays: list[tuple[float, float]], wide: int
