@@ -93,10 +93,9 @@ def test_nothing_of_the_operator_begins_beside_a_person(pair: Pair) -> None:
 WALL = KeepOut("wall", (-200.0, 500.0, -200.0), (200.0, 900.0, 600.0))
 
 
-@pytest.mark.parametrize("places", [(), (shifted(HOME, 60.0),)], ids=["straight", "by a place"])
-def test_a_way_into_a_zone_is_stopped_once(places: tuple[Joints, ...]) -> None:
-    """However often a twin that goes on tells of it."""
-    pair, target = idle_pair(), shifted(HOME, 120.0)
+def announced(target: Joints, *places: Joints) -> Pair:
+    """Return a pair beside the wall whose twin announces a way three times."""
+    pair = idle_pair()
     pair.setup = Setup(msgspec.structs.replace(ROBOT, keep_out=(WALL,)), SETUP.config)
     way = (HOME, *places, target)
     for _ in range(3):
@@ -106,4 +105,19 @@ def test_a_way_into_a_zone_is_stopped_once(places: tuple[Joints, ...]) -> None:
             )
         )
         pair.now = round(pair.now + 0.02, 6)
-    assert pair.triggers().count("KEEP_OUT") == 1
+    return pair
+
+
+@pytest.mark.parametrize("places", [(), (shifted(HOME, 60.0),)], ids=["straight", "by a place"])
+def test_a_way_into_a_zone_is_stopped_once(places: tuple[Joints, ...]) -> None:
+    """However often a twin that goes on tells of it."""
+    assert announced(shifted(HOME, 120.0), *places).triggers().count("KEEP_OUT") == 1
+
+
+@pytest.mark.parametrize(("places", "stops"), [((), 0), ((20.0,), 0), ((20.0, 90.0, 30.0), 1)])
+def test_a_way_is_judged_by_its_places_and_not_by_its_end(
+    places: tuple[float, ...], stops: int
+) -> None:
+    """A target beside the wall may be reached round about through it."""
+    pair = announced(shifted(HOME, 10.0), *(shifted(HOME, place) for place in places))
+    assert pair.triggers().count("KEEP_OUT") == stops
