@@ -20,6 +20,7 @@ from twin_controller.core.follow.blend import begin_blend, sample_blend
 from twin_controller.core.follow.memory import TwinFollows
 from twin_controller.core.follow.remembered import SPACING_S
 from twin_controller.core.follow.twin import (
+    aligned,
     close_gap,
     estimate_acceleration,
     follow_twin,
@@ -226,6 +227,18 @@ def test_a_pair_apart_in_either_direction_is_not_aligned(joint: int, border: flo
     pair.run(6.0)
     assert "IDLE" not in [each.mode_after for each in pair.decisions()]
     assert pair.decisions()[-1].mode_after == "ALIGNING"
+
+
+@pytest.mark.parametrize(("after", "ends"), [(0.0, False), (0.9, False), (1.1, True)])
+def test_what_stood_before_the_alignment_began_is_no_rest_of_it(after: float, ends: bool) -> None:
+    """Both have stood for long; it ends a still time after its beginning, and not before."""
+    pair = idle_pair()
+    pair.run(2.0)
+    blend = begin_blend((0.0,) * 4, pair.now - 2.0, SETUP.align_speeds())
+    follows = TwinFollows(0.0, blend=blend, told=pair.state.sides.twin.change)
+    still = SETUP.config.change.still_time_ms * 1e-3
+    since = pair.now - after * still
+    assert aligned(SETUP, follows, pair.state.sides, since, pair.now) is ends
 
 
 def stray_once(pair: Pair, joint: int, border: float) -> None:

@@ -21,6 +21,7 @@ from twin_controller.core.orders.speed import (
     Leader,
     Speeds,
     cap_speeds,
+    cap_step,
     hear_override,
     real_cap,
     speed_answer,
@@ -285,6 +286,13 @@ def test_a_robot_that_leads_asks_for_its_part_of_what_it_was_set_to(
     speeds, _ = cap_speeds(SETUP, held, sides, Safety(), leader, pace, 2.0)
     assert (speeds.requested, speeds.applied) == pytest.approx((asks, gets))
     assert speeds.limited
+
+
+@pytest.mark.parametrize(("cap", "step"), [(100.0, 0.5), (10.0, 0.5), (4.0, 0.2), (1.0, 0.05)])
+def test_a_small_cap_is_told_more_finely(cap: float, step: float) -> None:
+    """By half a percent, or by a twentieth of itself."""
+    config = replace(SETUP.config.speed, step_percent=0.5, step_ratio=0.05)
+    assert cap_step(cap, config) == pytest.approx(step)
 
 
 @pytest.mark.parametrize(("share", "asked", "percent"), [(0.305, 1.0, 30.0), (0.305, 0.8, 38.0)])

@@ -183,3 +183,4 @@ def test_a_plan_on_the_announced_way_goes_on_by_its_places(off: float, known: bo
         assert [q[0] for q in rest[-6:-1]] == pytest.approx(
             [last[0] + k * step - 0.05 for k in range(1, 6)]
         )
+        assert rest[:-6] == tuple(q for _, q in made.rows[1:]), "and none that it has passed"
