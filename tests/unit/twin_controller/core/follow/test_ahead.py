@@ -11,14 +11,11 @@ import pytest
 from harness.pair import HOME, SETUP, idle_pair, ramp, shifted
 from twin_controller.core.actions import StreamAhead
 from twin_controller.core.events import AnyEvent, RealMeasured
-from twin_controller.core.follow.ahead import (
-    LONGEST_S,
-    SHORTEST_S,
-    UNPLANNED,
-    arrives_within,
-    reaches_ahead,
-)
+from twin_controller.core.follow.ahead import arrives_within, reaches_ahead
 from twin_controller.core.lead.modes import Mode
+
+LONGEST_S, SHORTEST_S, UNPLANNED = 0.03, 0.005, 0.5
+
 
 replace = msgspec.structs.replace
 

@@ -18,16 +18,13 @@ from twin_controller.core.follow.limit import (
     slow_setpoint,
 )
 from twin_controller.core.follow.memory import RealFollows
-from twin_controller.core.follow.real import (
-    BELOW,
-    bounds_of,
-    judged,
-    reckon,
-    setpoint_spacing,
-)
+from twin_controller.core.follow.real import bounds_of, judged, reckon, setpoint_spacing
 from twin_controller.core.follow.response import Response
 from twin_controller.core.follow.schedule import SendSlot
 from twin_controller.core.sides.side import Sides, TwinSide
+
+BELOW = 0.995
+
 
 BOUNDS = bounds_of(SETUP)
 DT, FRESH, AGE_LIMIT = 0.01, 0.0, 0.1

@@ -9,10 +9,13 @@ from scara_control.joint_motion import JointMotion, Setpoints
 from twin_controller.core.events import TwinPlan
 from twin_controller.core.follow.memory import Follow, RealFollows
 from twin_controller.core.follow.pace import follower_pace
-from twin_controller.core.follow.response import SLOWEST_PERCENT, Response
+from twin_controller.core.follow.response import Response
 from twin_controller.core.safety.fastest import Cap
 from twin_controller.core.sides.measure import speed_shares
 from twin_controller.core.sides.side import Sides
+
+SLOWEST_PERCENT = 4.0
+
 
 replace = msgspec.structs.replace
 JOINTS = len(HOME)

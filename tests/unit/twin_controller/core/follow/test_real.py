@@ -10,18 +10,14 @@ from harness.parts import changed
 from scara_control.joint_motion import AxisMotion
 from twin_controller.core.actions import StreamReal
 from twin_controller.core.follow.memory import RealFollows
-from twin_controller.core.follow.real import (
-    PLANNED,
-    UNPLANNED,
-    setpoint_spacing,
-    stream_real,
-    target_of,
-    twin_course,
-)
+from twin_controller.core.follow.real import setpoint_spacing, stream_real, target_of, twin_course
 from twin_controller.core.lead.modes import Mode
 from twin_controller.core.setup import Setup
 from twin_controller.core.sides.side import TwinSide
 from twin_controller.estimation.rhythm import Rhythm, heard
+
+PLANNED, UNPLANNED = 2.0, 0.5
+
 
 replace = msgspec.structs.replace
 

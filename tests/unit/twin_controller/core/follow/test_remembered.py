@@ -11,15 +11,11 @@ import pytest
 from harness.pair import HOME, SETUP
 from scara_control.joint_motion import JointMotion
 from twin_controller.core.events import Joints, RealMeasured
-from twin_controller.core.follow.remembered import (
-    AHEAD_S,
-    MOST_PATHS,
-    REST,
-    Remembered,
-    note_sample,
-    way_on,
-)
+from twin_controller.core.follow.remembered import Remembered, note_sample, way_on
 from twin_controller.core.sides.side import RealSide, Sides
+
+AHEAD_S, MOST_PATHS, REST = 0.1, 32, 0.005
+
 
 replace = msgspec.structs.replace
 PERIOD_S = 0.008

@@ -16,7 +16,6 @@ from twin_controller.core.events import RealKnown
 from twin_controller.core.follow.memory import Follow
 from twin_controller.core.follow.pace import follower_pace
 from twin_controller.core.follow.response import (
-    FIRST_SPREAD_S,
     Response,
     _joined,
     _led,
@@ -30,6 +29,9 @@ from twin_controller.core.setup import Setup
 from twin_controller.core.sides.echo import EchoTube
 from twin_controller.core.sides.side import RealSide, Sides
 from twin_controller.estimation.delay import Fit, fit_joint
+
+FIRST_SPREAD_S = 0.003
+
 
 replace = msgspec.structs.replace
 CONFIG = load_twin_controller(ROBOT)

@@ -6,8 +6,11 @@ import itertools
 import random
 
 import pytest
-from twin_controller.core.follow.schedule import PREPARED_S, SendSlot, next_slots
+from twin_controller.core.follow.schedule import SendSlot, next_slots
 from twin_controller.estimation.rhythm import Rhythm, heard
+
+PREPARED_S = 0.0004
+
 
 TICK, SPACING, WAY, POLL = 0.002, 0.010, 0.0001, 0.0097
 

@@ -18,7 +18,6 @@ from twin_controller.core.actions import FollowTwin
 from twin_controller.core.events import AnyEvent, RealMeasured, TwinGripper
 from twin_controller.core.follow.blend import begin_blend, sample_blend
 from twin_controller.core.follow.memory import TwinFollows
-from twin_controller.core.follow.remembered import SPACING_S
 from twin_controller.core.follow.twin import (
     aligned,
     close_gap,
@@ -28,6 +27,9 @@ from twin_controller.core.follow.twin import (
 )
 from twin_controller.core.lead.modes import Mode
 from twin_controller.core.sides.side import RealSide
+
+SPACING_S = 0.025
+
 
 replace = msgspec.structs.replace
 WIDE = (1e9,)

@@ -10,8 +10,11 @@ from harness.pair import HOME, ROBOT, SETUP, Pair, idle_pair, ramp, shifted
 from twin_controller.core.actions import Action, Command
 from twin_controller.core.events import AnyEvent, RealMeasured
 from twin_controller.core.lead.modes import Mode
-from twin_controller.core.lead.repeated import READINGS, Repeated, count
+from twin_controller.core.lead.repeated import Repeated, count
 from twin_controller.core.setup import Setup
+
+READINGS = 4
+
 
 AWAY = shifted(HOME, 20.0, -10.0)
 ONCE = pytest.mark.parametrize("readings", [1, READINGS - 1], ids=["one", "a slow robot's three"])

@@ -11,12 +11,14 @@ from harness.watch import Watch, watched
 from scara_control.joint_motion import JointMotion
 from twin_controller.core.actions import CapTwin, Command, Send
 from twin_controller.core.events import RealMeasured
-from twin_controller.core.follow.response import SLOWEST_PERCENT
 from twin_controller.core.lead.commands.allowed import refusals
 from twin_controller.core.lead.modes import Mode
 from twin_controller.core.orders.order import tell
 from twin_controller.core.orders.stop import StopOrder, hear_stop, stop_patience
 from twin_controller.view import alarm_text
+
+SLOWEST_PERCENT = 4.0
+
 
 replace = msgspec.structs.replace
 PROGRAM = ramp(HOME, shifted(HOME, 80.0), 8.0)

@@ -16,16 +16,13 @@ from scara_control.keep_out.points import WatchedPoint, all_positions
 from scara_control.keep_out.reach import largest_rates
 from scara_control.kinematics.screws import ScrewModel
 from twin_controller.core.lead.reports import note_in_zone
-from twin_controller.core.safety.beside import (
-    LEAST_PERCENT,
-    Beside,
-    judge_start,
-    start_share,
-    start_ways,
-)
-from twin_controller.core.safety.guard import CRAWL, Guard, _reached, judge_guard
+from twin_controller.core.safety.beside import Beside, judge_start, start_share, start_ways
+from twin_controller.core.safety.guard import Guard, _reached, judge_guard
 from twin_controller.core.safety.stopping import Braking
 from twin_controller.core.setup import Setup
+
+LEAST_PERCENT, CRAWL = 2, 0.01
+
 
 replace = msgspec.structs.replace
 

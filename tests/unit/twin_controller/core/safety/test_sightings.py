@@ -10,7 +10,6 @@ from msgspec.structs import replace
 from twin_controller.core.events import PersonSeen
 from twin_controller.core.lead.modes import Mode
 from twin_controller.core.safety.sightings import (
-    MOST_STRANGERS,
     Sighting,
     SightingError,
     newest,
@@ -20,6 +19,9 @@ from twin_controller.core.safety.sightings import (
 )
 from twin_controller.core.setup import Setup
 from twin_controller.view import alarm_text
+
+MOST_STRANGERS = 20
+
 
 HERE = (2.0, 0.0, 0.0)
 SENSORS = ("left", "right")

@@ -13,7 +13,6 @@ from scara_control.joint_motion import JointMotion, Setpoints
 from scara_control.keep_out.zones import WatchedMove
 from twin_controller.core.events import TwinPlan
 from twin_controller.core.safety.stopping import (
-    FITTED,
     Braking,
     braking_time,
     fastest_share,
@@ -24,6 +23,9 @@ from twin_controller.core.safety.stopping import (
     stop_from,
     stop_on_plan,
 )
+
+FITTED = 4
+
 
 DT = 1e-5
 SPEED = st.floats(-5.0, 5.0)

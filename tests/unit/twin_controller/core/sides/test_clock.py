@@ -8,13 +8,10 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 from msgspec.structs import replace
-from twin_controller.core.sides.clock import (
-    SETTLED,
-    ClockEstimate,
-    ClockTolerance,
-    observe,
-    unwrap_ms,
-)
+from twin_controller.core.sides.clock import ClockEstimate, ClockTolerance, observe, unwrap_ms
+
+SETTLED = 50
+
 
 DRIFT_PPM = 500.0
 WRAP = 1 << 31

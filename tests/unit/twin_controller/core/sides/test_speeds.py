@@ -14,7 +14,10 @@ from twin_controller.core.events import LinkChanged, RealMeasured
 from twin_controller.core.setup import Setup
 from twin_controller.core.sides.measure import take_in
 from twin_controller.core.sides.side import RealSide, Sides
-from twin_controller.core.sides.speeds import CUBIC, FEWEST, MOST, PARABOLA, slope_weights, speeds
+from twin_controller.core.sides.speeds import slope_weights, speeds
+
+CUBIC, FEWEST, MOST, PARABOLA = 3, 3, 16, 2
+
 
 CONFIG = Path(__file__).resolve().parents[5] / "config"
 ROBOT = load_robot(CONFIG)
