@@ -97,7 +97,7 @@ class WhatIfServer:
             with self._lock:
                 self._waiting.discard(question)
                 self._dock()
-                world = self._live.now()
+                at, world = self.learning.expect(), self._live.now()
                 if world is None:
                     text = "where the twin stands is not known: wait for twin/joint_states"
                     return JudgeMotionResponse(success=False, message=text)
@@ -105,7 +105,7 @@ class WhatIfServer:
                 self._judged += 1
                 samples = samples_of(world, motion, request.samples) if request.samples else None
                 verdict = judge(world, motion, self._give_way) if looks else judge(world, motion)
-                self.learning.asked(world, motion, verdict)
+                self.learning.asked(at, world, motion, verdict)
                 moment = worst_moment(world, motion, verdict) if request.picture else None
             answer = answer_of(verdict, self._cell, samples)
             if moment is not None:

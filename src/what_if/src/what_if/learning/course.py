@@ -63,6 +63,7 @@ def predict(world: World, motion: Motion, verdict: Verdict, what: str) -> Predic
         what,
         tuple(q[0].tolist()),
         tuple(q[-1].tolist()),
+        float(np.abs(np.diff(q, axis=0)).max(axis=1).sum()),
         time,
         way_length(tool_points(world.cell, q)),
         tuple(1e-2 * use.effort_percent for use in verdict.joints),

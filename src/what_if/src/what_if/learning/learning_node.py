@@ -30,7 +30,7 @@ choice: a second."""
 
 @dataclass(frozen=True)
 class JudgedQuestion:
-    """A question and its answer."""
+    """A question and its answer; ``at``: when it was asked."""
 
     at: float
     world: World
@@ -94,11 +94,19 @@ class Learning:
         values = {f"{name}_ratio": f"{ratio:.4f}" for name, ratio in medians.items()}
         return Diagnosis(level, f"{rospy.get_name()}: predictions", text, values)
 
-    def asked(self, world: World, motion: Motion, verdict: Verdict) -> None:
+    def expect(self) -> float:
+        """Look closely from now on: a motion is asked for. Return the time [s] for :meth:`asked`.
+
+        A program that was started at the robot goes on while it is judged.
+        """
+        self._attention.rouse()
+        return rospy.get_time()
+
+    def asked(self, at: float, world: World, motion: Motion, verdict: Verdict) -> None:
         """Take in a question that was just answered; perhaps its motion is let through."""
         self._attention.rouse()
         with self._lock:
-            self._asked.append(JudgedQuestion(rospy.get_time(), world, motion, verdict))
+            self._asked.append(JudgedQuestion(at, world, motion, verdict))
 
     def _told(self, said: Audit) -> None:
         """A gate has let a motion through, or not."""

@@ -9,7 +9,7 @@ from enum import Enum
 import numpy as np
 
 from what_if.geometry.bodies import FloatArray
-from what_if.learning.measures import away, moving_time, way_length
+from what_if.learning.measures import NEAR, away, moving_time, way_length
 
 BEGIN_S = 5.0
 """A motion that has not begun by then does not begin; our choice: as long as a program may wait
@@ -17,9 +17,9 @@ for its judgement."""
 REST_S = 0.5
 """So much longer than at any place that was predicted joints stand before the motion counts as
 ended; our choice, as long as a rest is measured elsewhere."""
-UNHEARD = 2e-2
-"""Farther than this [rad] or [m] from where it was to begin, the first position that was heard
-belongs to the middle of a motion; our choice: more than a robot that rests is off its twin."""
+UNHEARD = 0.1
+"""A motion of whose way this part was not heard is not compared; our choice: twice what a time may
+be off before it is an alarm."""
 LATEST = 3.0
 """After so many times the predicted time plus BEGIN_S nobody waits any longer; our choice."""
 
@@ -40,6 +40,7 @@ class Prediction:
         what: The motion in words.
         start: Joint positions at the beginning, shape (n,), SI.
         target: Those at the end.
+        stroke: Way of all joints, at each time of the one that goes farthest, SI.
         moving_s: As :func:`moving_time` measures it.
         way_m: Length of the tool's way.
         effort: Largest share of each joint's effort, 1 is all of it, shape (n,).
@@ -49,6 +50,7 @@ class Prediction:
     what: str
     start: tuple[float, ...]
     target: tuple[float, ...]
+    stroke: float
     moving_s: float
     way_m: float
     effort: tuple[float, ...]
@@ -144,13 +146,15 @@ class MotionWatch:
 
     @property
     def is_unheard(self) -> bool:
-        """Whether the joints were on their way before their first position came.
+        """Whether the joints were well on their way before their first position came.
 
         Then way and time would be measured too short.
         """
-        if self.predicted is None or not self._rows:
+        said = self.predicted
+        if said is None or not self._rows:
             return False
-        return max(abs(a - b) for a, b in zip(self._rows[0], self.predicted.start)) > UNHEARD
+        gone = max(abs(a - b) for a, b in zip(self._rows[0], said.start))
+        return gone > max(UNHEARD * said.stroke, NEAR)
 
     def is_same(self, program: str) -> bool:
         """Return whether a program that is judged now is the one that is watched already.
