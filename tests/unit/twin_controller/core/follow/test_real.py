@@ -92,6 +92,22 @@ def test_the_robots_own_limit_is_the_gates_whatever_its_override(pair: Pair) -> 
         assert len(sent) == 1 and sent.pop() == pytest.approx(expected)
 
 
+@pytest.mark.parametrize(
+    ("leap", "why"), [(0.0, ""), (0.3, "joint_1 would step"), (-0.3, "joint_1")]
+)
+def test_a_plan_that_leaps_is_not_sent(pair: Pair, leap: float, why: str) -> None:
+    """No motion of the twin makes such a step; what a plan says is no guess that may be off."""
+    pair.move_twin(ramp(HOME, shifted(HOME, 20.0), 2.0), run=0.6)
+    sides, follow = pair.state.sides, pair.state.follow
+    plan = sides.twin.plan
+    assert plan is not None
+    points = [replace(each, q=(each.q[0] + leap, *each.q[1:])) for each in plan.setpoints.points]
+    plan = replace(plan, setpoints=replace(plan.setpoints, points=tuple(points)))
+    sides = changed(sides, twin__plan=plan)
+    streamed = stream_real(SETUP, follow.real, sides, follow.response, 100.0, pair.now + 0.02)
+    assert streamed.rejected.startswith(why) and bool(streamed.rejected) == bool(why)
+
+
 @pytest.mark.parametrize(("jogs", "longer"), [(False, PLANNED), (True, UNPLANNED)])
 def test_set_points_are_decided_until_the_next_answer_and_a_plans_further_ahead(
     jogs: bool, longer: float

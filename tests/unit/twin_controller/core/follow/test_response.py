@@ -103,6 +103,15 @@ def after_move(delays: dict[int, float], start: Response, length: float = DURATI
     return during_move(delays, start, length)[-1]
 
 
+@pytest.mark.parametrize(("later", "again"), [(0.01, False), (0.049, False), (0.051, True)])
+def test_the_delay_is_measured_twenty_times_a_second(later: float, again: bool) -> None:
+    """A fit costs more than a reading; between two of them nothing changes."""
+    first = measured(UNKNOWN, replace(assumed(NUMBERS, SETUP.names), at=-1e9), side(0.7, {0: 0.06}))
+    assert first.at == pytest.approx(0.7)
+    then = measured(UNKNOWN, first, side(0.7 + later, {0: 0.06}))
+    assert (then.at > 0.7) is again
+
+
 @settings(max_examples=60, deadline=None)
 @given(
     delay=st.floats(0.01, 0.25),
