@@ -7,7 +7,7 @@ from itertools import pairwise
 import msgspec
 import numpy as np
 import pytest
-from harness.pair import SETUP, Pair, idle_pair
+from harness.pair import HOME, SETUP, Pair, idle_pair, shifted
 from hypothesis import given
 from hypothesis import strategies as st
 from scara_control.joint_motion import JointMotion
@@ -168,3 +168,18 @@ def test_delay_is_kept_while_the_tools_are_too_slow_to_tell(
     """A millimetre at rest is no time; a pair that has never moved has no delay."""
     state = judge_delay(SETUP, before, turning(pair.state.sides, 0.5, 0.01))
     assert state.late == late and state.judged.distance_mm > 1.0
+
+
+@pytest.mark.parametrize(("commands", "judges"), [((), True), (("STOP",), False)])
+def test_a_pair_at_rest_is_judged_while_it_is_to_be_together(
+    pair: Pair, commands: tuple[str, ...], judges: bool
+) -> None:
+    """Also by less than what leads; after a stop how far both are apart is no fault."""
+    for command in commands:
+        pair.do(command)
+    pair.run(1.0)
+    apart = shifted(HOME, 0.01), (0.0,) * len(HOME)
+    pair.real_at = lambda t: apart  # type: ignore[method-assign]
+    pair.run(1.0)
+    found = pair.state.safety.divergence.distance_mm
+    assert found == pytest.approx(0.113 if judges else 0.0, abs=2e-3)
