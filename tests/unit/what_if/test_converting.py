@@ -256,6 +256,24 @@ def test_place_that_the_joints_cannot_be_told_of_is_refused(old: str, new: str, 
         converted(read(text.replace(old, new, 1), "MINE"), robot, TABLE, "joints")
 
 
+@pytest.mark.parametrize("turn", [0.7, -0.7])
+def test_a_joint_at_zero_is_told_without_a_sign(turn: float) -> None:
+    """A search ends a little to either side of it; -0 would puzzle a reader of the program."""
+    robot = load_robot(ROOT / "config")
+    places = [
+        (0.0, turn, -0.1, 0.0, 0.0),
+        (turn, turn, -0.1, -turn, 0.0),
+        (-turn, turn, 0.0, 0.0, 0.0),
+    ]
+    for values in places:
+        own = Program("MINE", (read_line(MOVE),), (position(robot, 1, values),))
+        there, _ = converted(own, robot, TABLE, "cartesian")
+        back, _ = converted(there, robot, TABLE, "joints")
+        for given in back.positions[0].groups[0].coordinates:
+            assert math.copysign(1.0, given.value) == 1.0 or given.value < 0.0
+        assert " -.000" not in print_program(back) and "-0.000" not in print_program(back)
+
+
 def test_place_where_the_arm_is_stretched_stays_in_joints() -> None:
     """A rounded number would turn the joints far there; the article's P1 is such a place."""
     robot = load_robot(ROOT / "config")

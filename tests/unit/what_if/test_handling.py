@@ -8,13 +8,13 @@ from what_if.handling import PALLET, found_part, switch
 from what_if.world import Part, World
 
 
-def link_of(world: World, rest: str, above: float, aside: float = 0.0) -> str:
+def link_of(world: World, rest: str, above: float, aside: tuple[float, float] = (0.0, 0.0)) -> str:
     """Return what carries a part whose underside is ``above`` [m] over a rest's top."""
     cell = world.cell
     assert cell.work is not None
     top = cell.tree.poses(np.array([world.q]))[0, cell.tree.index[rest]]
     pose = top.copy()
-    pose[:3, 3] += top[:3, :3] @ (aside, 0.0, above + 0.5 * cell.work.parts.height)
+    pose[:3, 3] += top[:3, :3] @ (*aside, above + 0.5 * cell.work.parts.height)
     return found_part(cell, "it", pose, world.q, held=False).link
 
 
@@ -44,7 +44,11 @@ def test_a_rest_carries_a_part_whose_middle_is_above_it(
     work = world.cell.work
     assert work is not None
     aside = part * work.table.stand_radius_mm * 1e-3
-    assert (link_of(world, "stand_1", 0.0, aside) == "stand_1") is carried
+    assert (link_of(world, "stand_1", 0.0, (aside, 0.0)) == "stand_1") is carried
+    for side in (0, 1):
+        out = [0.0, 0.0]
+        out[side] = 0.5 * part * work.pallet.size_mm[side] * 1e-3
+        assert (link_of(world, PALLET, 0.0, (out[0], out[1])) == PALLET) is carried
 
 
 @pytest.mark.parametrize("sign", [-1.0, 1.0])

@@ -123,6 +123,8 @@ def test_nothing_is_learned_of_what_is_refused_or_not_shown(world: World, tmp_pa
     assert len(rests_of(world, found, seen)) == 1
     called = tuple(msgspec.structs.replace(step, program="LIFT") for step in found.steps)
     assert rests_of(world, ProgramSteps("SEEN", called), seen) == []
+    again = [(1, float(at)) for at in range(4)]
+    assert rests_of(world, ProgramSteps("SEEN", called), again) == []
 
 
 @pytest.mark.parametrize(("aside_mm", "refused"), [(0.0, True), (80.0, False)])

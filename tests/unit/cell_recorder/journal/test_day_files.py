@@ -231,6 +231,18 @@ def test_a_machine_that_does_not_know_the_time_yet_puts_nothing_aside(
     assert numbers(tmp_path)[-1] == (4 if right else 3)
 
 
+def test_a_journal_that_is_not_open_holds_nothing(tmp_path: Path) -> None:
+    """To the byte; what lies there already is counted once it is opened."""
+    with opened(tmp_path) as files:
+        write(files, said(NOON))
+        size = files.path.stat().st_size
+    again = DayFiles(tmp_path, "milk_2", SETTINGS)
+    assert again.held_mb == 0.0
+    again.open(NOON)
+    assert again.held_mb == size * 1e-6
+    again.close()
+
+
 @pytest.mark.parametrize("limit", ["day_limit_mb", "limit_mb"])
 def test_what_just_fits_is_kept(tmp_path: Path, limit: str) -> None:
     """To the byte."""

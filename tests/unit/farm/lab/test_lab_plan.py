@@ -69,6 +69,12 @@ def test_what_cannot_be_planned_is_refused(plan: Plan, text: str) -> None:
         jobs_of(plan, Random)
 
 
+def test_recordings_that_lie_apart_are_reported_on() -> None:
+    """Each beside itself."""
+    jobs = jobs_of(Plan("report", ("a/1.bag", "b/1.bag"), (), 1, 0.0, None, 0), Random)
+    assert [job.kind for job in jobs] == ["report", "report"]
+
+
 def test_a_summary_counts_exit_codes() -> None:
     """Those of the jobs, whatever they mean to them."""
     assert summary([0, 1, 1]) == "3 jobs: 1 ended with 0, 2 with 1"

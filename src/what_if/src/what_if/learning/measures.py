@@ -44,10 +44,10 @@ def _passed(times: FloatArray, q: FloatArray, place: FloatArray, row: int) -> fl
     """Return when the joints pass :data:`NEAR` of a place between a row and the next [s]."""
     two = slice(row, row + 2)
     one, *other = np.max(np.abs(q[two] - place), axis=1).tolist()
-    # The last row has no next one, and between two equal distances nothing is passed.
-    if not other or other[0] == one:
+    if not other:  # The last row has no next one.
         return float(times[row])
-    share = min(max((NEAR - one) / (other[0] - one), 0.0), 1.0)
+    # One of the two is farther away than that, and the other one is not.
+    share = (NEAR - one) / (other[0] - one)
     return float(times[row] + share * (times[row + 1] - times[row]))
 
 
