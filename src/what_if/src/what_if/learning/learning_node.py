@@ -100,7 +100,7 @@ class Learning:
         A program that was started at the robot goes on while it is judged.
         """
         self._attention.rouse()
-        return rospy.get_time()
+        return float(rospy.get_time())
 
     def asked(self, at: float, world: World, motion: Motion, verdict: Verdict) -> None:
         """Take in a question that was just answered; perhaps its motion is let through."""
