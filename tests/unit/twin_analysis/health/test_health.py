@@ -6,6 +6,7 @@ import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -345,6 +346,13 @@ def recorded(
     return maker.write(path)
 
 
+@pytest.fixture
+def read_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let a recording that stands for many be read once."""
+    monkeypatch.setattr("twin_analysis.health.health_node.read_cycle", cache(read_cycle))
+
+
+@pytest.mark.usefixtures("read_once")
 def test_recordings_of_a_cycle_say_what_has_changed(tmp_path: Path) -> None:
     """As from the shell; a robot without torques in its map is said to be one."""
     healthy, worn = recorded(tmp_path / "a.bag", 5.0), recorded(tmp_path / "worn.bag", 10.0)
@@ -370,6 +378,7 @@ def test_recordings_of_a_cycle_say_what_has_changed(tmp_path: Path) -> None:
         read_cycle(mute, 0.05)
 
 
+@pytest.mark.usefixtures("read_once")
 def test_what_the_twin_did_not_tell_is_left_out_and_said(tmp_path: Path) -> None:
     """It did not stand still meanwhile: its end is left out, and a hole ends the command."""
     ends = recorded(tmp_path / "ends.bag", 5.0, silent=(7.5, 11.0))
