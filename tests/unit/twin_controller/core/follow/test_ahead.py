@@ -15,8 +15,6 @@ from twin_controller.core.follow.ahead import arrives_within, reaches_ahead
 from twin_controller.core.lead.modes import Mode
 
 LONGEST_S, SHORTEST_S, UNPLANNED = 0.03, 0.005, 0.5
-
-
 replace = msgspec.structs.replace
 
 AWAY = shifted(HOME, 20.0, -30.0, 40.0, 10.0)

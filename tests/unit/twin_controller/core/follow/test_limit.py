@@ -24,8 +24,6 @@ from twin_controller.core.follow.schedule import SendSlot
 from twin_controller.core.sides.side import Sides, TwinSide
 
 BELOW = 0.995
-
-
 BOUNDS = bounds_of(SETUP)
 DT, FRESH, AGE_LIMIT = 0.01, 0.0, 0.1
 SURE = (0.0,) * 4

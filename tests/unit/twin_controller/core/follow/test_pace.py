@@ -15,8 +15,6 @@ from twin_controller.core.sides.measure import speed_shares
 from twin_controller.core.sides.side import Sides
 
 SLOWEST_PERCENT = 4.0
-
-
 replace = msgspec.structs.replace
 JOINTS = len(HOME)
 LIMIT, STREAM = SETUP.config.limit, SETUP.config.stream

@@ -17,8 +17,6 @@ from twin_controller.core.sides.side import TwinSide
 from twin_controller.estimation.rhythm import Rhythm, heard
 
 PLANNED, UNPLANNED = 2.0, 0.5
-
-
 replace = msgspec.structs.replace
 
 

@@ -15,8 +15,6 @@ from twin_controller.core.follow.remembered import Remembered, note_sample, way_
 from twin_controller.core.sides.side import RealSide, Sides
 
 AHEAD_S, MOST_PATHS, REST = 0.1, 32, 0.005
-
-
 replace = msgspec.structs.replace
 PERIOD_S = 0.008
 SWING = 0.6

@@ -31,8 +31,6 @@ from twin_controller.core.sides.side import RealSide, Sides
 from twin_controller.estimation.delay import Fit, fit_joint
 
 FIRST_SPREAD_S = 0.003
-
-
 replace = msgspec.structs.replace
 CONFIG = load_twin_controller(ROBOT)
 UNKNOWN = Setup(ROBOT, CONFIG)

@@ -29,8 +29,6 @@ from twin_controller.core.lead.modes import Mode
 from twin_controller.core.sides.side import RealSide
 
 SPACING_S = 0.025
-
-
 replace = msgspec.structs.replace
 WIDE = (1e9,)
 

@@ -14,8 +14,6 @@ from twin_controller.core.lead.repeated import Repeated, count
 from twin_controller.core.setup import Setup
 
 READINGS = 4
-
-
 AWAY = shifted(HOME, 20.0, -10.0)
 ONCE = pytest.mark.parametrize("readings", [1, READINGS - 1], ids=["one", "a slow robot's three"])
 

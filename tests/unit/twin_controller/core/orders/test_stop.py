@@ -18,8 +18,6 @@ from twin_controller.core.orders.stop import StopOrder, hear_stop, stop_patience
 from twin_controller.view import alarm_text
 
 SLOWEST_PERCENT = 4.0
-
-
 replace = msgspec.structs.replace
 PROGRAM = ramp(HOME, shifted(HOME, 80.0), 8.0)
 ATTEMPTS, RETRY_S = SETUP.config.stop.attempts, SETUP.config.stop.retry_ms * 1e-3

@@ -20,7 +20,6 @@ from twin_controller.core.orders.stop import (
 CONFIG = replace(SETUP.config.stop, hold_ms=100.0, retry_ms=200.0, attempts=3)
 AT = 50.0
 STANDS = StopOrder(tell(None, Command.STOP_REAL, stop_patience(CONFIG), AT), AT, stands=True)
-
 MOVES = replace(STANDS, stands=False)
 
 
@@ -29,7 +28,7 @@ MOVES = replace(STANDS, stands=False)
     [
         (0.09, STANDS, False),
         (0.11, STANDS, True),
-        (9.0, replace(STANDS, stands=False), False),
+        (9.0, MOVES, False),
         (9.0, replace(STANDS, given_back=AT), False),
     ],
 )

@@ -22,8 +22,6 @@ from twin_controller.core.safety.stopping import Braking
 from twin_controller.core.setup import Setup
 
 LEAST_PERCENT, CRAWL = 2, 0.01
-
-
 replace = msgspec.structs.replace
 
 HOME = (0.0, 0.0, -0.1, 0.0)

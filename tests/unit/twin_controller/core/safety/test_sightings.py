@@ -21,8 +21,6 @@ from twin_controller.core.setup import Setup
 from twin_controller.view import alarm_text
 
 MOST_STRANGERS = 20
-
-
 HERE = (2.0, 0.0, 0.0)
 SENSORS = ("left", "right")
 SEPARATION = replace(SETUP.config.separation, enabled=True, sensors=SENSORS)

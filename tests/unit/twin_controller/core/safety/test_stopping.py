@@ -25,8 +25,6 @@ from twin_controller.core.safety.stopping import (
 )
 
 FITTED = 4
-
-
 DT = 1e-5
 SPEED = st.floats(-5.0, 5.0)
 DELAY = st.floats(0.001, 0.1)

@@ -11,8 +11,6 @@ from msgspec.structs import replace
 from twin_controller.core.sides.clock import ClockEstimate, ClockTolerance, observe, unwrap_ms
 
 SETTLED = 50
-
-
 DRIFT_PPM = 500.0
 WRAP = 1 << 31
 DELAY = st.floats(0.0, 0.1)

@@ -17,8 +17,6 @@ from twin_controller.core.sides.side import RealSide, Sides
 from twin_controller.core.sides.speeds import slope_weights, speeds
 
 CUBIC, FEWEST, MOST, PARABOLA = 3, 3, 16, 2
-
-
 CONFIG = Path(__file__).resolve().parents[5] / "config"
 ROBOT = load_robot(CONFIG)
 SETUP = Setup(ROBOT, load_twin_controller(ROBOT, CONFIG))
