@@ -8,13 +8,9 @@ import msgspec
 import pytest
 from harness.pair import HOME, SETUP, Pair, ramp, shifted
 from harness.watch import Watch, watched
-from scara_control.joint_motion import JointMotion
 from twin_controller.core.actions import CapTwin, Command, Send
-from twin_controller.core.events import RealMeasured
 from twin_controller.core.lead.commands.allowed import refusals
 from twin_controller.core.lead.modes import Mode
-from twin_controller.core.orders.order import tell
-from twin_controller.core.orders.stop import StopOrder, hear_stop, stop_patience
 from twin_controller.view import alarm_text
 
 SLOWEST_PERCENT = 4.0
@@ -428,16 +424,3 @@ def test_what_nothing_stops_is_said_while_the_twin_is_away(pair: Deaf) -> None:
     pair.link("twin", False)
     pair.run(4.0)
     assert "ESTOP_IGNORED" in pair.triggers() and "ESTOP_MISSED" in pair.triggers()
-
-
-@pytest.mark.parametrize(("part", "over"), [(0.5, False), (1.1, True)])
-def test_a_program_that_was_left_paused_is_watched_for_a_moment(part: float, over: bool) -> None:
-    """After HOLD is back: one that went on by it would be stopped anew, one that stays is not."""
-    config = SETUP.config.stop
-    order = tell(None, Command.STOP_REAL, stop_patience(config), 1.0)
-    stop = StopOrder(order, 1.0, left=True, given_back=10.0)
-    answered = 10.0 + part * RETRY_S
-    event = RealMeasured(
-        answered, answered, answered, 0, JointMotion.at_rest(HOME), own_program=True, paused=True
-    )
-    assert hear_stop(stop, event, True, config) == (None if over else stop)

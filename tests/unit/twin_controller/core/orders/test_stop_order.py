@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import pytest
-from harness.pair import SETUP
+from harness.pair import HOME, SETUP
 from msgspec.structs import replace
+from scara_control.joint_motion import JointMotion
 from twin_controller.core.actions import Command
+from twin_controller.core.events import RealMeasured
 from twin_controller.core.orders.order import tell
 from twin_controller.core.orders.stop import (
     StopOrder,
     disobeyed,
+    hear_stop,
     may_give_back,
     safety_patience,
     stop_again,
@@ -84,3 +87,16 @@ def test_a_stop_is_sent_again_after_its_time_and_an_end_at_rest_becomes_one(
     ]
     assert again.since == (AT if command is Command.STOP_REAL else AT + period + 0.01)
     assert stop_again(replace(stop, given_back=AT), CONFIG, AT + 9.0)[1] == []
+
+
+@pytest.mark.parametrize(("part", "over"), [(0.5, False), (1.1, True)])
+def test_a_program_that_was_left_paused_is_watched_for_a_moment(part: float, over: bool) -> None:
+    """After HOLD is back: one that went on by it would be stopped anew, one that stays is not."""
+    config = SETUP.config.stop
+    order = tell(None, Command.STOP_REAL, stop_patience(config), 1.0)
+    stop = StopOrder(order, 1.0, left=True, given_back=10.0)
+    answered = 10.0 + part * config.retry_ms * 1e-3
+    event = RealMeasured(
+        answered, answered, answered, 0, JointMotion.at_rest(HOME), own_program=True, paused=True
+    )
+    assert hear_stop(stop, event, True, config) == (None if over else stop)
