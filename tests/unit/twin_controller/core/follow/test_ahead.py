@@ -141,3 +141,16 @@ def test_one_that_is_held_back_counts_until_the_robot_has_it() -> None:
     assert held and seen == {True, False}
     program = 1e-2 * SETUP.config.limit.told_percent
     assert 0.99 * program < fastest < 0.997 * program
+
+
+def test_what_the_robot_has_got_is_not_told_again_while_nothing_changes() -> None:
+    """Of a plan that goes on as announced a number changes now and then, not with each reading.
+
+    What is learnt of the robot's answers moves some; each reading has ten numbers.
+    """
+    pair = idle_pair(places=10)
+    pair.move_twin(ramp(HOME, AWAY, 2.0), run=0.5)
+    since = len(pair.actions)
+    pair.run(1.0)
+    told = [point.number for action in pair.made(StreamAhead, since) for point in action.points]
+    assert len(set(told)) > 50 and len(told) < 4 * len(set(told))

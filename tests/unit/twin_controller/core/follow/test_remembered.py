@@ -256,3 +256,24 @@ def test_a_jog_is_not_remembered() -> None:
         real = replace(real, history=(*real.history, sample)[-48:], flags=flags)
         robot.remembered = note_sample(SETUP, robot.remembered, Sides(real))
     assert not robot.remembered.paths
+
+
+@pytest.mark.parametrize(
+    ("first", "blind", "known"),
+    [(0.0, (9.0, 9.0), True), (0.0, (0.15, 0.2), False), (0.2, (9.0, 9.0), False)],
+    ids=["whole", "hole", "no rest"],
+)
+def test_a_motion_that_is_noticed_late_is_known_only_as_a_whole(
+    first: float, blind: tuple[float, float], known: bool
+) -> None:
+    """From its rest on and without a hole: of another one nobody knows where it began."""
+    robot = Robot()
+    for _ in range(45):
+        robot.t += PERIOD_S
+        if robot.t < first or blind[0] <= robot.t < blind[1]:
+            continue
+        there = moved(robot.t - 0.1)
+        robot.show(there.q, there.qdot, "ARTICLE", 50.0)
+        robot.remembered = Remembered()
+    motion = note_sample(SETUP, robot.remembered, robot.sides).motion
+    assert motion is not None and (motion.key is not None) is known

@@ -329,3 +329,28 @@ def test_a_robot_beside_a_zone_begins_as_slowly_as_it_can_be_stopped(
     safety = replace(Safety(), guard=Guard(beside=Beside(share=0.305)))
     cap = real_cap(SETUP, Speeds(), safety, leader, own_program=False)
     assert (cap.percent, cap.reason) == ((30.0, ZONE_BESIDE) if beside else (100.0, ""))
+
+
+@pytest.mark.parametrize(("claimed", "limited"), [(50.0, False), (50.5, True), (30.0, False)])
+def test_a_twin_that_asks_for_half_a_percent_more_than_it_gets_is_limited(
+    claimed: float, limited: bool
+) -> None:
+    """And the reason is said with it, and never without it."""
+    sides = idle_pair().state.sides
+    twin = replace(sides.twin, motion=replace(sides.twin.motion, speed_requested_percent=claimed))
+    leader, pace = Leader("twin", ""), Cap(50.0, "the pace")
+    speeds, _ = cap_speeds(SETUP, Speeds(), replace(sides, twin=twin), Safety(), leader, pace, 2.0)
+    assert (speeds.limited, speeds.reason) == (limited, "the pace" if limited else "")
+
+
+@pytest.mark.parametrize(("shown", "limited"), [(100.0, False), (40.0, True), (30.0, False)])
+def test_a_robot_that_runs_at_what_we_wrote_is_limited_by_it(shown: float, limited: bool) -> None:
+    """Though nobody knows what it was set to; below the cap it is the person's own choice."""
+    sides = idle_pair().state.sides
+    told = {"own_program": True, "override_percent": shown, "speed_percent": shown}
+    sides = changed(sides, **{f"real__flags__{name}": value for name, value in told.items()})
+    order = Order(shown, Patience(1e3), sent=1.0, attempts=1)
+    held = Speeds(cap=40.0, real=order, own_override=None, seen_override=shown)
+    leader, pace = Leader("real", ""), Cap(100.0, "")
+    speeds, _ = cap_speeds(SETUP, held, sides, Safety(), leader, pace, 2.0)
+    assert speeds.limited is limited and bool(speeds.reason) is limited
