@@ -8,6 +8,7 @@ from harness.parts import changed
 from twin_controller.core.actions import Command, MoveTwin, Send, SendReal, SendTwin
 from twin_controller.core.events import Operator
 from twin_controller.core.lead.effects import carry_out, send_twin
+from twin_controller.core.lead.modes import Mode
 
 
 @pytest.mark.parametrize("stopped_ago", [1e-3, 1e3])
@@ -47,3 +48,18 @@ def test_what_is_sent_goes_to_the_side_that_the_command_names(command: Command) 
     assert [type(action) for action in sent] == [side] * len(sent)
     inner = command.name.startswith("BEGIN_") or command in (Command.BASELINE, Command.START_STREAM)
     assert bool(sent) != (inner or any(isinstance(action, MoveTwin) for action in actions))
+
+
+def test_what_must_be_aligned_stays_so_until_it_is_aligned() -> None:
+    """A reset makes it so: no line that is lost forgets it, however close both sides stand."""
+    pair = idle_pair()
+    for command in ("ESTOP", "RESET"):
+        assert pair.operate(command).success
+        pair.run(1.0)
+    for connected in (False, True):
+        pair.link("twin", connected)
+        pair.run(1.0)
+        assert pair.state.lead.must_align
+    assert pair.operate("ALIGN").success
+    pair.until(Mode.IDLE)
+    assert not pair.state.lead.must_align

@@ -161,12 +161,13 @@ def test_delay_is_told_as_the_time_by_which_the_real_robot_is_behind(late: float
     assert state.late == pytest.approx(late, abs=2e-4)
 
 
+@pytest.mark.parametrize("speed", [0.01, 0.06])
 @pytest.mark.parametrize(("before", "late"), [(DelayState(), 0.0), (DelayState(late=0.02), 0.02)])
 def test_delay_is_kept_while_the_tools_are_too_slow_to_tell(
-    pair: Pair, before: DelayState, late: float
+    pair: Pair, before: DelayState, late: float, speed: float
 ) -> None:
     """A millimetre at rest is no time; a pair that has never moved has no delay."""
-    state = judge_delay(SETUP, before, turning(pair.state.sides, 0.5, 0.01))
+    state = judge_delay(SETUP, before, turning(pair.state.sides, 0.5, speed))
     assert state.late == late and state.judged.distance_mm > 1.0
 
 

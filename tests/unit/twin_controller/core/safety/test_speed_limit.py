@@ -51,6 +51,17 @@ def test_no_motion_is_faster_than_the_fastest() -> None:
     assert math.isnan(fastest_point(SETUP.points, (sys.float_info.max,) * 4, (1e308,) * 4)[0])
 
 
+@pytest.mark.parametrize("ends", [(1.0, 2.0), (-2.0, -1.0)])
+def test_no_pose_beyond_a_limit_counts_for_the_fastest(ends: tuple[float, float]) -> None:
+    """An elbow that cannot be stretched: its end that is nearest to it is the fastest."""
+    w1, w2, v3 = SETUP.velocity[:3]
+    lower, upper = ((q, end, *rest) for (q, _, *rest), end in zip((SETUP.lower, SETUP.upper), ends))
+    bent = 0.35 + 0.30 * np.exp(1.0j)
+    closed = abs(1.0j * (w1 * bent + w2 * (bent - 0.35)))
+    found = fastest_speed(SETUP.speed_points, lower, upper, SETUP.velocity)
+    assert found == pytest.approx(float(np.hypot(closed, v3)), rel=1e-6)
+
+
 def test_an_arm_with_narrow_ends_is_no_faster_than_the_fastest(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
