@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import msgspec
 import pytest
-from harness.pair import HOME, SETUP, idle_pair, shifted
+from harness.pair import HOME, ROBOT, SETUP, idle_pair, shifted
 from harness.parts import changed
 from scara_control.joint_motion import JointMotion, Setpoints
 from twin_controller.core.events import Operator, TwinPlan
 from twin_controller.core.lead.modes import COMMANDS, MOVES, Mode, Trigger
+from twin_controller.core.lead.reports import agree_when_stopped
 from twin_controller.core.lead.triggers import (
     leader_triggers,
     onsets,
     operator_trigger,
     pair_agreed,
 )
+from twin_controller.core.setup import Setup
 from twin_controller.core.state import CoreState
 
 replace = msgspec.structs.replace
@@ -216,3 +218,24 @@ def test_one_damaged_answer_while_the_twin_aligns_is_no_motion(late_ms: int) -> 
     pair.real_at = sound  # type: ignore[method-assign]
     pair.run(0.3)
     assert pair.triggers(since) == ["LINKS_READY", "ALIGNED"]
+
+
+@pytest.mark.parametrize(
+    ("writes", "runs", "ended", "agrees"),
+    [
+        (False, False, False, True),
+        (False, False, True, True),
+        (False, True, False, False),
+        (False, True, True, True),
+        (True, True, False, True),
+    ],
+)
+def test_only_a_program_that_no_stop_reaches_keeps_a_robot_from_agreeing(
+    idle: CoreState, writes: bool, runs: bool, ended: bool, agrees: bool
+) -> None:
+    """It stands in a WAIT, and goes on; one that was seen to end has ended."""
+    setup = Setup(replace(ROBOT, lead=writes), SETUP.config)
+    sides = changed(idle.sides, real__flags__own_program=runs, real__change__baseline=())
+    lead = replace(idle.lead, mode=Mode.STOPPED, program_was_off=ended)
+    found = agree_when_stopped(setup, lead, sides, lead.since + 1e3)
+    assert bool(found.real.change.baseline) is agrees
