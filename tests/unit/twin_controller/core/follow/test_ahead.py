@@ -143,11 +143,8 @@ def test_one_that_is_held_back_counts_until_the_robot_has_it() -> None:
     assert 0.99 * program < fastest < 0.997 * program
 
 
-def test_what_the_robot_has_got_is_not_told_again_while_nothing_changes() -> None:
-    """Of a plan that goes on as announced a number changes now and then, not with each reading.
-
-    What is learnt of the robot's answers moves some; each reading has ten numbers.
-    """
+def test_a_number_is_told_a_few_times_and_not_with_each_reading() -> None:
+    """Of a plan that goes on as announced: only what is learnt of the robot's answers moves it."""
     pair = idle_pair(places=10)
     pair.move_twin(ramp(HOME, AWAY, 2.0), run=0.5)
     since = len(pair.actions)

@@ -68,6 +68,12 @@ class Robot:
         self.remembered = note_sample(SETUP, self.remembered, self.sides)
         return sample
 
+    def pass_by(self, there: JointMotion) -> None:
+        """Let one sample be seen before anybody leads."""
+        before = self.remembered
+        self.show(there.q, there.qdot, "ARTICLE", 50.0)
+        self.remembered = before
+
     def drive(
         self,
         way: Way = moved,
@@ -138,11 +144,8 @@ def test_a_motion_that_is_noticed_late_has_its_samples_from_the_rest_on(late: in
     """Who leads is known only when the robot has moved a bit: each sample is there once."""
     robot = Robot()
     for k in range(30 + late):
-        there = moved(k * PERIOD_S - 30 * PERIOD_S + 0.1)
-        before = robot.remembered
         robot.t += PERIOD_S
-        robot.show(there.q, there.qdot, "ARTICLE", 50.0)
-        robot.remembered = before
+        robot.pass_by(moved(k * PERIOD_S - 30 * PERIOD_S + 0.1))
     history = robot.sides.real.history
     rests = [
         all(abs(v) <= REST * most for v, most in zip(each.qdot, SETUP.velocity)) for each in history
@@ -270,10 +273,7 @@ def test_a_motion_that_is_noticed_late_is_known_only_as_a_whole(
     robot = Robot()
     for _ in range(45):
         robot.t += PERIOD_S
-        if robot.t < first or blind[0] <= robot.t < blind[1]:
-            continue
-        there = moved(robot.t - 0.1)
-        robot.show(there.q, there.qdot, "ARTICLE", 50.0)
-        robot.remembered = Remembered()
+        if robot.t >= first and not blind[0] <= robot.t < blind[1]:
+            robot.pass_by(moved(robot.t - 0.1))
     motion = note_sample(SETUP, robot.remembered, robot.sides).motion
     assert motion is not None and (motion.key is not None) is known

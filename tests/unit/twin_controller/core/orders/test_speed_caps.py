@@ -268,6 +268,14 @@ def test_the_answer_to_a_cap_says_what_of_it_the_robot_does_not_get(
     assert answer == "speed of both capped at 50 %" + told
 
 
+def running(shown: float, speed: float) -> Sides:
+    """Return sides whose robot runs a program of its own, with override and speed [percent]."""
+    told = {"own_program": True, "override_percent": shown, "speed_percent": speed}
+    return changed(
+        idle_pair().state.sides, **{f"real__flags__{name}": value for name, value in told.items()}
+    )
+
+
 @pytest.mark.parametrize(
     ("shown", "speed", "asks", "gets"),
     [(40.0, 20.0, 40.0, 20.0), (40.0, 60.0, 80.0, 40.0), (0.0, 0.2, 16.0, 0.0)],
@@ -276,13 +284,11 @@ def test_a_robot_that_leads_asks_for_its_part_of_what_it_was_set_to(
     shown: float, speed: float, asks: float, gets: float
 ) -> None:
     """It was set to 80 % and held at 40: it shows its override times its program's speed."""
-    sides = idle_pair().state.sides
-    told = {"own_program": True, "override_percent": shown, "speed_percent": speed}
-    sides = changed(sides, **{f"real__flags__{name}": value for name, value in told.items()})
     held = Speeds(
         real=Order(40.0, Patience(1e3), sent=1.0, attempts=1), own_override=80.0, seen_override=40.0
     )
     leader, pace = Leader("real", ""), Cap(100.0, "")
+    sides = running(shown, speed)
     speeds, _ = cap_speeds(SETUP, held, sides, Safety(), leader, pace, 2.0)
     assert (speeds.requested, speeds.applied) == pytest.approx((asks, gets))
     assert speeds.limited
@@ -346,9 +352,7 @@ def test_a_twin_that_asks_for_half_a_percent_more_than_it_gets_is_limited(
 @pytest.mark.parametrize(("shown", "limited"), [(100.0, False), (40.0, True), (30.0, False)])
 def test_a_robot_that_runs_at_what_we_wrote_is_limited_by_it(shown: float, limited: bool) -> None:
     """Though nobody knows what it was set to; below the cap it is the person's own choice."""
-    sides = idle_pair().state.sides
-    told = {"own_program": True, "override_percent": shown, "speed_percent": shown}
-    sides = changed(sides, **{f"real__flags__{name}": value for name, value in told.items()})
+    sides = running(shown, shown)
     order = Order(shown, Patience(1e3), sent=1.0, attempts=1)
     held = Speeds(cap=40.0, real=order, own_override=None, seen_override=shown)
     leader, pace = Leader("real", ""), Cap(100.0, "")
