@@ -228,11 +228,11 @@ def test_watchdog_stops_the_robot_when_its_client_falls_silent(cell: Cell) -> No
     wait_until(lambda: cell.words(11043) == [2], 5.0, "the watchdog")
     wait_until(lambda: cell.words(11210) == [0], 5.0, "the end of the program")
     assert cell.client.read_discrete_inputs(6004, count=1).bits[0]
+    wait_until(lambda: cell.words(11022, 18) == [0] * 18, 5.0, "the end of the ramp")
     pose = cell.words(11001, 18)
-    assert cell.words(11022, 18) == [0] * 18
-    assert cell.words(11001, 18) == pose
     code, text = cell.pendant("status")
     assert code == 0 and "HELD" in text
+    assert (cell.words(11001, 18), cell.words(11022, 18)) == (pose, [0] * 18)
     assert cell.pendant("reset") == (0, "ready\n")
     assert cell.words(11043) == [0]
 
