@@ -27,7 +27,7 @@ def begun(now: float = 10.0, who: str = "") -> Cycles:
 def test_cycle_ends_when_the_pair_rested_long_enough() -> None:
     """It ended with the last motion."""
     cycles = begun(who="Ada")
-    cycles.measured(0.4, 0.09)
+    cycles.measured(0.40006, 0.09)
     cycles.measured(math.nan, math.nan)
     cycles.measured(0.2, 0.084)
     assert cycles.decided(20.0, IDLE, "") == []
@@ -35,7 +35,7 @@ def test_cycle_ends_when_the_pair_rested_long_enough() -> None:
     assert cycles.look(22.9) == []
     (cycle,) = cycles.look(23.0)
     assert (cycle.start, cycle.end, cycle.leader, cycle.outcome) == (10.0, 20.0, "real", "done")
-    assert (cycle.worst_error_mm, cycle.who, cycle.program) == (0.4, "Ada", "")
+    assert (cycle.worst_error_mm, cycle.who, cycle.program) == (0.4001, "Ada", "")
     assert cycle.follower_lag_s == 0.084
     assert not cycles.is_open and cycles.look(99.0) == []
 

@@ -97,6 +97,15 @@ def test_the_oldest_of_no_experiment_goes_with_all_its_parts(tmp_path: Path) -> 
     assert state.held_mb == 1.5
 
 
+def test_one_byte_beyond_the_limit_is_beyond_it(tmp_path: Path) -> None:
+    """What fills it exactly stays."""
+    old = make(tmp_path, "old", 9000.0, parts=2)
+    assert keep_limit(tmp_path, RunsState(limit_mb=1.0), NOW)[1] == []
+    (tmp_path / "note").write_bytes(b"x")
+    _, removed = keep_limit(tmp_path, RunsState(limit_mb=1.0), NOW)
+    assert [each.path for each in removed] == [old]
+
+
 def test_an_experiment_and_what_is_being_written_stay(tmp_path: Path) -> None:
     """Even if the folder stays too full, which the state says."""
     make(tmp_path, "experiment", 9000.0, marked=False)
