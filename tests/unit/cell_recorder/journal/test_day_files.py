@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 from cell_recorder.config import load_journal
-from cell_recorder.journal.day_files_io import DayFiles, JournalError
+from cell_recorder.journal.day_files_io import LOCK, DayFiles, JournalError
 from cell_recorder.journal.entries import LONGEST_TEXT, AnyEntry, Audit, Gap, Torn, encode, stamped
 from cell_recorder.journal.reader_io import journals, read, read_between, utc_day
 from harness.yaml_files import CONFIG
@@ -411,6 +411,17 @@ def test_two_writers_of_one_journal_are_refused(tmp_path: Path) -> None:
         DayFiles(tmp_path, "milk_2", SETTINGS).open(NOON)
     with opened(tmp_path):
         pass
+
+
+def test_a_journal_is_written_by_nobody_else(tmp_path: Path) -> None:
+    """Whatever this process leaves open of files that name no rights."""
+    before = os.umask(0)
+    try:
+        with opened(tmp_path) as files:
+            modes = {path.stat().st_mode & 0o777 for path in (files.path, tmp_path / LOCK)}
+    finally:
+        os.umask(before)
+    assert modes == {0o644}
 
 
 def test_numbers_go_on_where_somebody_removed_the_file(tmp_path: Path) -> None:

@@ -78,6 +78,15 @@ def test_what_moves_all_cells_is_no_drift_of_one(find_drifts: FindDrifts) -> Non
     assert [drift.cell for drift in found if drift.drifts] == ["m/cell_017"]
 
 
+@pytest.mark.parametrize(("cells", "named"), [(4, 4), (5, 0)])
+def test_fewer_than_five_cells_are_judged_each_for_itself(
+    find_drifts: FindDrifts, cells: int, named: int
+) -> None:
+    """All of them move: whether together, so few cannot tell."""
+    found = find_drifts(medians(cells=cells, all_cells=0.5))
+    assert sum(drift.drifts for drift in found) == named
+
+
 def test_a_slow_drift_does_not_become_its_own_past(find_drifts: FindDrifts) -> None:
     """A step of 1 % a day hides in no noise."""
     row = [("m/a", day, 1.0 + 0.01 * day) for day in range(30)]

@@ -58,6 +58,7 @@ def refused(command: Command, guard: CommandRules = OPEN) -> str:
         ({"command": "MOVE"}, {}, "MOVE: the farm may not ask for this"),
         ({"command": "x" * 500}, {}, "^x{63}: the farm may not"),
         ({"person": "ann@home"}, {}, "person = 'ann@home': allowed are 1 to 63"),
+        ({"person": "x" * 500}, {}, "^person = 'x{63}': allowed are 1 to 63"),
         ({"desk": "a/../b"}, {}, "desk = 'a/../b'"),
         ({"id": ""}, {}, "id = ''"),
         ({}, {"seen": {"id1": NOW + 1.0}}, "taken already: a command is never repeated"),

@@ -98,6 +98,7 @@ def test_messages_of_the_first_second_live_a_second_each() -> None:
         first.add(number, now)
     first.add("late", 11.1)
     assert first.young(11.1) == [1, 2, 3]
+    assert first.wanted_for(11.1) == pytest.approx(0.8), "as long as the newest lives"
     assert first.young(11.3) == [2, 3]
     assert first.wanted_for(11.3) == pytest.approx(0.6) == first.over_in(11.3)
     assert first.young(11.95) == [] and first.over_in(11.95) == 0.0 == first.wanted_for(11.95)
