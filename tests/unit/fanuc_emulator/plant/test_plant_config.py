@@ -52,7 +52,8 @@ def test_an_axis_is_what_its_figures_say(name: str) -> None:
     """Percent of robot.yaml's acceleration; the drive moves the payload too; turns to SI."""
     robot = load_robot(CONFIG)
     plant, joint = load_plant(robot, CONFIG, "field"), robot.joint(name)
-    axis, made = plant.axes[name], axis_parameters(plant, joint)
+    axis = msgspec.structs.replace(plant.axes[name], backlash_turns=0.125)
+    made = axis_parameters(msgspec.structs.replace(plant, axes={name: axis}), joint)
     rubs, friction, percent = axis.friction, made.friction, 0.01 * joint.acceleration
     assert rubs is not None and friction is not None
     inertia = 1.0 + 0.01 * axis.payload_inertia_percent
@@ -69,6 +70,7 @@ def test_an_axis_is_what_its_figures_say(name: str) -> None:
         (made.natural_frequency**2 * inertia, (math.tau * axis.natural_frequency_hz) ** 2),
         ((made.damping, made.velocity_feedforward), (axis.damping, axis.velocity_feedforward)),
         ((made.resolution, made.tolerance), (travel / 2**17, window)),
+        (made.backlash, travel / 8),
         (friction.static, (rubs.static_percent + rubs.load_percent) * drive),
         (friction.coulomb, (rubs.coulomb_percent + rubs.load_percent) * drive),
         (friction.viscous * joint.velocity, rubs.viscous_percent * drive),
