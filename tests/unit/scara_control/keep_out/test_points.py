@@ -200,3 +200,5 @@ def test_the_speeds_that_count_are_those_of_the_tool_and_of_the_axes(name: str) 
     counted = speed_points(points)
     assert counted[0].name == "tool" and not any(any(point.half) for point in counted)
     assert all(any(point.half) for point in points if point not in counted)
+    names = [point.name for point in counted]
+    assert names.count("elbow") == (ROBOTS[name].geometry is not None), "only a SCARA has one"
