@@ -32,6 +32,17 @@ class Served(NamedTuple):
     server: RobotServer
 
 
+def stand_in(
+    config: EmulatorConfig, robot: Robot = ROBOT, layout: ModbusMap = LAYOUT
+) -> Controller:
+    """Return a stand-in with the shipped programs, to be stepped."""
+    return Controller(
+        *(config, robot, load_programs(robot, CONFIG), 1.7e9),
+        random=np.random.default_rng(1),
+        ring_places=layout.ring_places,
+    )
+
+
 @contextmanager
 def running(
     config: EmulatorConfig | None = None,
@@ -50,12 +61,7 @@ def running(
         options: Of the server.
     """
     config = config or load_emulator(robot, CONFIG)
-    controller = Controller(
-        *(config, robot, load_programs(robot, CONFIG), 1.7e9),
-        random=np.random.default_rng(1),
-        ring_places=layout.ring_places,
-    )
-    loop = ServoLoop(controller, config.dt, config.plant.clock.drift_ppm)
+    loop = ServoLoop(stand_in(config, robot, layout), config.dt, config.plant.clock.drift_ppm)
     host, port = address[0], address[1] or free_port()
     server = RobotServer(host, port, layout, RegisterImage(layout, robot), loop, **options)
     with loop, server:

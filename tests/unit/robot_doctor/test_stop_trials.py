@@ -12,13 +12,11 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
-import numpy as np
 import pytest
-from fanuc_emulator.config import load_emulator, load_programs
-from fanuc_emulator.controller import Controller
+from fanuc_emulator.config import load_emulator
 from fanuc_emulator.drives.servo_loop_io import ServoLoop
 from fanuc_emulator.reset import FaultReset
-from harness.emulated.served import CONFIG, LAYOUT, ROBOT, last_beat, served
+from harness.emulated.served import CONFIG, LAYOUT, ROBOT, last_beat, served, stand_in
 from harness.processes import free_port, wait_until
 from harness.running.thorough import thorough
 from harness.wires.proxy import Proxy
@@ -35,7 +33,6 @@ from robot_doctor.stop_trials import (
     TrialEnd,
     allocation,
     changes,
-    evenly,
     judge_stop,
     proposal,
     question,
@@ -240,25 +237,21 @@ def test_how_late_a_stand_in_brakes_is_what_its_profile_says(plant: str, filed: 
 
     The field plant's is what test_zones.py takes.
     """
-    config, found = load_emulator(ROBOT, CONFIG, plant, "ready"), list[float]()
-    every = round(0.01 / config.dt)
-    for age in range(every):
-        robot = Controller(
-            *(config, ROBOT, load_programs(ROBOT, CONFIG), 1.7e9), random=np.random.default_rng(1)
-        )
-        robot.write_override(SLOWEST_PERCENT)
-        robot.pulse_input("panel_run2")
-        seen, sent = list[Look](), math.inf
-        for tick in range(2000):
-            now, shown = tick * config.dt, robot.step()
-            if (tick + age) % every == 0:
-                places = [q / joint.scale for q, joint in zip(shown.positions, ROBOT.joints)]
-                seen.append(Look(now, tuple(places), ProgramState[shown.program_state.name]))
-            if sent == math.inf and now >= 1.2 and evenly(seen):
-                robot.write_input("hold", False)
-                sent = now
-        came = judge_stop(Trial.HOLD, seen, sent)
-        found.append(proposal(ROBOT.stopping, HERE, [came], "full").braking_delay_ms)
+    config = load_emulator(ROBOT, CONFIG, plant, "ready")
+    every, sent, robot = round(0.01 / config.dt), round(1.2 / config.dt), stand_in(config)
+    robot.write_override(SLOWEST_PERCENT)
+    robot.pulse_input("panel_run2")
+    seen = list[Look]()
+    for tick in range(2 * sent):
+        shown = robot.step()
+        places = [q / joint.scale for q, joint in zip(shown.positions, ROBOT.joints)]
+        state = ProgramState[shown.program_state.name]
+        seen.append(Look(tick * config.dt, tuple(places), state))
+        if tick == sent:
+            robot.write_input("hold", False)
+    came = [judge_stop(Trial.HOLD, seen[age::every], seen[sent].at) for age in range(every)]
+    assert all(each.delay is not None for each in came), came
+    found = [proposal(ROBOT.stopping, HERE, [each], "full").braking_delay_ms for each in came]
     assert statistics.median(found) == filed
     assert filed - 10.0 <= min(found) and max(found) <= filed + 10.0
 
